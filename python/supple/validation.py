@@ -59,6 +59,8 @@ class TaskValidation(Record):
         cost_difference: Mean cost on MuJoCo minus mean cost on supple's model, roll-out by roll-out.
         cost_difference_interval_95: 95 % confidence interval of its expectation, (2,).
         mujoco_steps: MuJoCo steps in each time step of the task.
+        conclusion: Whether the design holds on MuJoCo, in words; if not, why and what to do.
+        broken: Whether it does not: a roll-out diverged, or the filter or the cost is nowhere near the prediction.
     """
 
     name: str
@@ -71,6 +73,8 @@ class TaskValidation(Record):
     cost_difference: float
     cost_difference_interval_95: Array
     mujoco_steps: int
+    conclusion: str
+    broken: bool
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,6 +135,7 @@ class Validation(Record):
                 if loop.diverged:
                     words.append(f"{loop.diverged} diverged")
                 rows.append((f"{name}: on {where}", ", ".join(words)))
+            rows.append((f"{name}: conclusion", task.conclusion))
         return rows
 
     def __repr__(self) -> str:

@@ -183,9 +183,9 @@ def test_what_is_wrong_is_named() -> None:
         linear = supple.linear(A=one, B=one, C=one, W=one, V=one, X0=one, Q=one, R=one, N=3)
         supple.mujoco.validate(linear, 2)
     text = Path("tasks/wiping_arm.toml").read_text()
-    with pytest.raises(supple.UsageError, match="does not know `locked`"):
-        locked = text.replace('actuated = ["shoulder", "elbow"]', 'actuated = ["shoulder", "elbow"]\nlocked = []')
-        supple.mujoco.validate(supple.loads(locked, "tasks/task.toml"), 2)
+    with pytest.raises(supple.UsageError, match="joints.elbow: MuJoCo's twin of a robot does not know `length_scale`"):
+        longer = text.replace("[[model.sensors]]", "[model.joints.elbow]\nlength_scale = 1.1\n\n[[model.sensors]]", 1)
+        supple.mujoco.validate(supple.loads(longer, "tasks/task.toml"), 2)
 
 
 def test_the_documentation_has_these_numbers(wiping: supple.validation.Validation) -> None:

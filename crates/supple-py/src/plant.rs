@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use supple::simulate::Rollouts;
 use supple::{Channels, Error, Matrices};
-use supple::{Elsewhere, Other};
+use supple::{Elsewhere, Names, Other};
 use supple_study::{LoadedTask, Source};
 
 use crate::errors;
@@ -14,7 +14,7 @@ use crate::own::{Failures, fill, read, vectors};
 #[derive(FromPyObject)]
 pub enum Entry {
     Number(f64),
-    /// Of a parameter.
+    /// Of a parameter, or an expression of parameters.
     Name(String),
 }
 
@@ -73,33 +73,35 @@ pub fn tables(py: Python<'_>, task: &LoadedTask) -> PyResult<String> {
     serde_json::to_string(&table).map_err(|error| errors::usage(py, &error.to_string()))
 }
 
-/// The same task with other numbers: one or several of an element of `[[model.compliance]]` by name and key, and of parameters,
-/// which may lie outside of their bounds.
+/// The same task with other numbers: one or several of an element of a list of `[model]` by the list, its name and a key, of
+/// parameters, which may lie outside of their bounds, and of sub-steps.
 ///
 /// # Errors
 /// Where there is no such element, or the task with these numbers is refused.
 pub fn changed(
     py: Python<'_>,
     task: &LoadedTask,
-    numbers: &[(String, String, Vec<Entry>)],
-    parameters: &[(String, f64)],
+    numbers: &[(String, String, String, Vec<Entry>)],
+    (parameters, substeps): (&[(String, f64)], Option<u32>),
 ) -> PyResult<LoadedTask> {
     let LoadedTask { phi, sources, .. } = task;
     let mut table = table(py, task)?;
-    let model = table.get_mut("model").and_then(|model| model.get_mut("compliance"));
-    let mut elements = model.and_then(toml::Value::as_array_mut);
-    for (name, key, number) in numbers {
-        let mut listed = elements.iter_mut().flat_map(|elements| elements.iter_mut());
+    for (list, name, key, number) in numbers {
+        let elements = table.get_mut("model").and_then(|model| model.get_mut(list)).and_then(toml::Value::as_array_mut);
+        let mut listed = elements.into_iter().flatten();
         let named = |element: &&mut toml::Value| element.get("name").and_then(toml::Value::as_str) == Some(name);
         let found = listed.find(named).and_then(toml::Value::as_table_mut);
         let Some(found) = found else {
-            return Err(errors::usage(py, &format!("[[model.compliance]] has no element named `{name}`")));
+            return Err(errors::usage(py, &format!("[[model.{list}]] has no element named `{name}`")));
         };
         let value = match &number[..] {
             [one] => one.value(),
             several => toml::Value::Array(several.iter().map(Entry::value).collect()),
         };
         found.insert(key.clone(), value);
+    }
+    if let (Some(count), Some(model)) = (substeps, table.get_mut("model").and_then(toml::Value::as_table_mut)) {
+        model.insert("substeps".to_owned(), toml::Value::Integer(count.into()));
     }
     let text = text(table, &task.problem.parameters.names()).map_err(|error| errors::usage(py, &error))?;
     let mut texts: Vec<Source> = sources.clone();
@@ -130,6 +132,15 @@ fn text(mut table: toml::Table, parameters: &[String]) -> Result<String, String>
         }
     }
     Ok(text)
+}
+
+/// What a text in the place of a number means: the name of a parameter, or an expression of parameters.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn number(task: &LoadedTask, text: &str) -> Result<f64, String> {
+    let names = Names::new(task.problem.parameters.names().to_vec());
+    Ok(names.value(text)?.resolve(&task.phi))
 }
 
 /// Names of states, controls and measurements.

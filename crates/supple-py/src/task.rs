@@ -186,14 +186,22 @@ impl NativeTask {
         to_python(py, &plant::channels(&self.task, task).map_err(|error| errors::of_compute(py, &error))?)
     }
 
-    /// The same task with other numbers for elements of compliance, by name and key, and for parameters, bounds or not.
+    /// The number that a text in its place means: the name of a parameter, or an expression of parameters.
+    fn number(&self, py: Python<'_>, text: &str) -> PyResult<f64> {
+        plant::number(&self.task, text).map_err(|error| errors::usage(py, &error))
+    }
+
+    /// The same task with other numbers for elements of lists of `[model]`, by list, name and key, for parameters, bounds
+    /// or not, and of sub-steps.
+    #[pyo3(signature = (numbers, parameters, substeps=None))]
     fn changed(
         &self,
         py: Python<'_>,
-        numbers: Vec<(String, String, Vec<plant::Entry>)>,
+        numbers: Vec<(String, String, String, Vec<plant::Entry>)>,
         parameters: Vec<(String, f64)>,
+        substeps: Option<u32>,
     ) -> PyResult<Self> {
-        let task = plant::changed(py, &self.task, &numbers, &parameters)?;
+        let task = plant::changed(py, &self.task, &numbers, (&parameters, substeps))?;
         Ok(Self { task, failures: self.failures.clone() })
     }
 

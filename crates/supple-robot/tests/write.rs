@@ -140,6 +140,34 @@ fn what_cannot_be_written_is_named() {
     assert!(written.text.contains("name=\"arm &lt;1&gt;\""), "{}", written.text);
     let warnings = written.warnings.join("\n");
     assert!(warnings.contains("joint `a`: MJCF has no limit of speed, 2"), "{warnings}");
-    assert!(warnings.contains("link `bare` moves and has no inertia"), "{warnings}");
+    assert!(warnings.contains("link `bare` moves and has no mass and no moments of inertia"), "{warnings}");
+    assert!(written.text.contains("mass=\"1e-9\" diaginertia=\"1e-12 1e-12 1e-12\""), "{}", written.text);
     assert_eq!(again(&robot).link("arm <1>").map(|link| link > 0), Some(true));
+}
+
+/// Of impossible moments of inertia the nearest possible ones are written, by their principal axes.
+#[test]
+fn impossible_inertias_are_mended() {
+    let link = |numbers: &str| {
+        format!(
+            "<robot name='r'><link name='base'/><link name='arm'><inertial><mass value='1'/><inertia {numbers}/></inertial>\
+             </link><joint name='a' type='continuous'><parent link='base'/><child link='arm'/></joint></robot>"
+        )
+    };
+    for (numbers, expected) in [
+        ("ixx='1' iyy='2' izz='6' ixy='0' ixz='0' iyz='0'", [2.0, 3.0, 5.0]),
+        ("ixx='1' iyy='4' izz='4' ixy='0' ixz='0' iyz='2'", [2.0, 3.0, 5.0]),
+        ("ixx='0' iyy='2' izz='2' ixy='0' ixz='0' iyz='0'", [1e-12, 2.0, 2.0]),
+        ("ixx='1' iyy='2' izz='3' ixy='0' ixz='0' iyz='0'", [1.0, 2.0, 3.0]),
+    ] {
+        let robot = parse(&link(numbers), "r.urdf", &LoadOptions::default()).unwrap();
+        let written = mjcf(&robot);
+        let read = again(&robot);
+        let moment = |robot: &Robot| robot.links[robot.link("arm").unwrap()].inertia.unwrap().moment;
+        let found = moment(&read);
+        assert_close("trace", &[found[0][0] + found[1][1] + found[2][2]], &[expected.iter().sum()]);
+        let changed = (0..9).any(|i| (found[i / 3][i % 3] - moment(&robot)[i / 3][i % 3]).abs() > 0.0);
+        assert_eq!(written.text.contains("<!--"), changed, "{}", written.text);
+        assert_eq!(written.warnings.iter().any(|one| one.contains("link `arm`")), changed);
+    }
 }

@@ -189,7 +189,16 @@ def law(table: Mapping[str, Any], values: Mapping[str, float]) -> Law:
 
 
 def numbers(given: Any, values: Mapping[str, float]) -> Any:
-    """A number or a list of them, where names of parameters stand for their values."""
+    """A number or a list of them, where names of parameters, and expressions of them, stand for their values.
+
+    Raises:
+        UsageError: Where a text stands for no number.
+    """
     if isinstance(given, list):
         return np.array([numbers(entry, values) for entry in given])
-    return values[given] if isinstance(given, str) else float(given)
+    if not isinstance(given, str):
+        return float(given)
+    try:
+        return float(values[given])
+    except KeyError:
+        raise UsageError(f"`{given}` is neither a parameter nor an expression of parameters") from None

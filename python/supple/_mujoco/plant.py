@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 
 from .._records import Array
+from ..errors import UsageError
 from .laws import turned, turned_back
-from .robot import POINT, Robot
+from .robot import POINT, Robot, compiled
 from .simulator import QUIET
 
 __all__ = ["Plant"]
@@ -19,7 +20,8 @@ _WILD = 1e6
 class Plant:
     """Copies of a robot, moved by MuJoCo; ``R`` copies, ``n`` states in supple's order, ``m`` controls.
 
-    Bushings and contacts are forces on bodies, found anew at each of MuJoCo's steps.
+    Bushings and contacts are forces on bodies, found anew at each of MuJoCo's steps; smooth friction in joints is damping by
+    ``phi / sqrt(v^2 + v_phi^2)``, found anew too.
 
     Args:
         robot: The robot.
@@ -32,19 +34,24 @@ class Plant:
         self.robot, self.copies, self._time_step = robot, copies, time_step
         every = mujoco.MjSpec()
         # In the copies the masses are as they are: bounds of the robot's file are applied before.
-        single = robot.spec.copy().compile()
+        single = compiled(robot.spec.copy())
         every.option.gravity = robot.spec.option.gravity
         every.option.cone = robot.spec.option.cone
         every.compiler.boundmass, every.compiler.boundinertia = 1e-12, 1e-15
         for copy in range(copies):
             every.attach(robot.spec.copy(), prefix=f"{copy}:", frame=every.worldbody.add_frame())
-        self.mj = every.compile()
+        self.mj = compiled(every)
         options = self.mj.opt
         options.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         options.tolerance, options.iterations, options.ls_tolerance = 1e-12, 100, 1e-4
         options.impratio = 10.0
         options.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.mj)
+        if robot.inertias:
+            for copy in range(copies):
+                for name, moments in robot.inertias.items():
+                    self.mj.body(f"{copy}:{name}").inertia = moments
+            mujoco.mj_setConst(self.mj, self.data)
         self.substeps = substeps
         self._views(single)
 
@@ -65,6 +72,9 @@ class Plant:
         self._file_joints = [single.joint(name).id for name in robot.row]
         self._motors = [single.joint(f"motor {name}").id for name in robot.motors]
         self._leaders = [self._file_joints[robot.row[name]] for name in robot.joints]
+        self._damping, self._plain_damping = self.mj.dof_damping.reshape(R, -1), single.dof_damping.copy()
+        self._sliding = [int(single.joint(name).dofadr[0]) for name in robot.friction]
+        self._friction = np.array(list(robot.friction.values()))
         # Columns of supple's controls in MuJoCo's order.
         self._columns = [robot.controls.index(single.actuator(i).name) for i in range(single.nu)]
         self._walls = [int(single.body_mocapid[single.body(f"wall {name}").id]) for name in self._own_walls()]
@@ -93,6 +103,7 @@ class Plant:
         wild = np.zeros(self.copies, dtype=bool)
         with QUIET:
             for _ in range(self._substeps):
+                self._slide()
                 mujoco.mj_step1(self.mj, self.data)
                 self.apply()
                 mujoco.mj_step2(self.mj, self.data)
@@ -122,6 +133,7 @@ class Plant:
         self._qpos[:, self._motors], self._qvel[:, self._motors] = q[:, count:], v[:, count:]
         self._ctrl[:] = controls[:, self._columns]
         self._warm()
+        self._slide()
         for place, (wall, name) in enumerate(zip(self._walls, self._own_walls())):
             contact = robot.contacts[name]
             back = contact.radius - (contact.radius or POINT)
@@ -130,6 +142,12 @@ class Plant:
     def _warm(self) -> None:
         # What a step finds depends on state and controls alone.
         self.data.qacc_warmstart[:] = 0.0
+
+    def _slide(self) -> None:
+        """Friction in joints (R.8) as damping at the rates that are now."""
+        if self._sliding:
+            speed = np.sqrt(self._qvel[:, self._sliding] ** 2 + self.robot.smoothing**2)
+            self._damping[:, self._sliding] = self._plain_damping[self._sliding] + self._friction / speed
 
     def states(self) -> Array:
         """States (R, n) of the copies."""
@@ -165,6 +183,8 @@ class Plant:
 
     def frame(self, name: str) -> tuple[int, Array, Array]:
         """Body, place (R, 3) and turn (R, 3, 3) of a frame in the world; body -1 is the world."""
+        if name not in self.robot.frames:
+            raise UsageError(f"frame `{name}` is not among MuJoCo's bodies and sites")
         on, place, turn = self.robot.frames[name]
         body = self._body[on]
         if body < 0:

@@ -9,18 +9,22 @@ import mujoco
 import numpy as np
 
 from .._records import Array
-from ..errors import UsageError
-from .bodies import bodies
+from ..errors import FileError, UsageError
+from .bodies import again, bodies
 from .laws import Bushing, Contact, ElasticJoint, Law, Spring, law, numbers
 from .sdf import quaternion_of, turn_of
 
-__all__ = ["FACTORS", "Robot"]
+__all__ = ["FACTORS", "Robot", "compiled"]
 
 #: What of ``[model]`` is known here, or moves nothing: a task with other keys moves in another way than its twin.
 MODEL = {"kind", "file", "gravity", "actuated", "file_actuators", "independent_mimic", "links", "joints", "frames"}
 MODEL |= {"compliance", "sensors", "integrator", "substeps", "friction_smoothing", "enforce_effort_limits"}
-MODEL |= {"package_roots", "insert"}
+MODEL |= {"package_roots", "insert", "locked", "drives"}
 LINK, JOINT = {"mass", "inertia_scale", "center"}, {"damping", "friction", "armature", "stiffness", "rest"}
+INSERT = {"name", "frame", "position", "rpy", "axes", "carries", "mass", "center", "inertia", "stiffness", "damping"}
+FRAME, DRIVE = {"on", "position", "rpy"}, {"gear", "rotor_inertia", "kp", "kv"}
+#: Speed over which friction in joints builds up where the task says nothing, rad/s or m/s.
+SMOOTHING = 1e-2
 #: Factors on numbers of the robot's file.
 FACTORS = ("mass", "damping")
 #: Radius of the spheres that stand for points where MuJoCo's own contacts are used, m.
@@ -32,13 +36,13 @@ IMPEDANCE = 0.1
 class Robot:
     """Bodies, drives and compliance of a task's robot.
 
-    Bodies, damping and springs in joints, elastic joints and drives are MuJoCo's; bushings, and contacts where ``walls`` is
-    false, are laws that somebody has to apply.
+    Bodies, damping and springs in joints, elastic joints and drives are MuJoCo's; bushings, friction in joints, and contacts
+    where no ``presses`` are given, are laws that somebody has to apply.
 
     Args:
         model: The table ``[model]`` of the task file.
         source: Path of the robot's file, and the texts of it and of all that it includes, by path.
-        values: Parameters by name.
+        values: Numbers by what stands for them: names of parameters, and expressions of parameters where the task has any.
         channels: Names of supple's states and controls.
         factors: Factors on numbers of the file, by the names of :data:`FACTORS`.
         presses: Force of each contact at which MuJoCo's own contacts have the damping of its law, N: they are then used in
@@ -64,7 +68,13 @@ class Robot:
         self._values = values
         states, controls = channels
         self.controls = list(controls)
-        self.spec = bodies(*source)
+        locked = model.get("locked", {})
+        held = dict.fromkeys(locked) if isinstance(locked, list) else {k: float(v) for k, v in locked.items()}
+        inserts = model.get("insert", [])
+        mounted = {f"{entry['name']}_{axis}" for entry in inserts for axis in entry["axes"]}
+        of_file = {name: at for name, at in held.items() if name not in mounted}
+        read = bodies(*source, of_file, bool(model.get("independent_mimic", False)))
+        self.spec, self.inertias = read.spec, read.inertias
         self.laws: dict[str, Law] = {entry["name"]: law(entry, values) for entry in model.get("compliance", [])}
         self.contacts = {name: law for name, law in self.laws.items() if isinstance(law, Contact)}
         self.bushings = {name: law for name, law in self.laws.items() if isinstance(law, Bushing)}
@@ -72,8 +82,11 @@ class Robot:
         self.own_contacts = presses is not None
         if "gravity" in model:
             self.spec.option.gravity = numbers(model["gravity"], values)
-        for entry in model.get("insert", []):
+        for entry in inserts:
             self._insert(entry)
+        if mounted & set(held):
+            self.spec = again(compiled(self.spec), {name: held[name] for name in mounted & set(held)})
+            self.laws = {name: law for name, law in self.laws.items() if name not in mounted & set(held)}
         self._overrides(model)
         self._scale(factors or {})
         self.frames = self._read_frames(model.get("frames", {}))
@@ -83,9 +96,11 @@ class Robot:
                 self._add_spring(entry)
         for name, motor in self.motors.items():
             self._add_motor(name, motor)
-        self._drive(controls)
+        self._drive(controls, model)
+        self.smoothing = float(numbers(model.get("friction_smoothing", SMOOTHING), values))
+        self.friction = self._take_friction()
         if presses is not None:
-            mj = self.spec.copy().compile()
+            mj = compiled(self.spec.copy())
             for name, force in presses.items():
                 self._add_wall(name, force, mj)
 
@@ -93,10 +108,9 @@ class Robot:
 
     def _insert(self, entry: Mapping[str, Any]) -> None:
         """A body on the frame, with all joints of the mount and their springs."""
-        if entry.get("carries"):
-            raise UsageError(f"insert `{entry['name']}`: MuJoCo's twin cannot move links beyond a mount (`carries`)")
+        _known(f"insert `{entry.get('name')}`", entry, INSERT)
         name, axes = entry["name"], entry["axes"]
-        body, p, R = self._read_frames({})[entry["frame"]]
+        body, p, R = _frame(self._read_frames({}), entry["frame"], f"insert `{name}`")
         place, rpy = (numbers(entry.get(key, [0.0] * 3), self._values) for key in ("position", "rpy"))
         pose = {"pos": p + R @ place, "quat": quaternion_of(R @ turn_of(rpy))}
         parent = self.spec.body(body)
@@ -115,6 +129,8 @@ class Robot:
             along = np.eye(3)["xyz".index(axis[-1])]
             beyond.add_joint(name=f"{name}_{axis}", type=kind, axis=along)
             self.laws[f"{name}_{axis}"] = Spring(f"{name}_{axis}", float(k), float(d))
+        if entry.get("carries"):
+            self.spec = again(compiled(self.spec), {}, carried=dict.fromkeys(entry["carries"], name))
 
     # Numbers of the file.
 
@@ -122,32 +138,43 @@ class Robot:
         for name, table in model.get("links", {}).items():
             _known(f"links.{name}", table, LINK)
             body, given = self.spec.body(name), {key: numbers(entry, self._values) for key, entry in table.items()}
+            if body is None:
+                raise UsageError(f"links: `{name}` is not among MuJoCo's bodies")
             body.mass = given.get("mass", body.mass)
             scale = given.get("inertia_scale", 1.0)
-            body.inertia, body.fullinertia = np.array(body.inertia) * scale, np.array(body.fullinertia) * scale
+            self._scale_inertia(body, scale)
             body.ipos = given.get("center", body.ipos)
         for name, table in model.get("joints", {}).items():
             _known(f"joints.{name}", table, JOINT)
             joint, given = self.spec.joint(name), {key: numbers(entry, self._values) for key, entry in table.items()}
+            if joint is None:
+                raise UsageError(f"joints: `{name}` is not among MuJoCo's joints that move")
             _set(joint, "damping", given.get("damping", _linear(joint.damping)))
             _set(joint, "stiffness", given.get("stiffness", _linear(joint.stiffness)))
             joint.frictionloss = given.get("friction", joint.frictionloss)
             joint.armature = given.get("armature", joint.armature)
             if "rest" in given:
-                joint.springref = given["rest"] / self._angle(joint)
+                joint.springref = given["rest"]
 
     def _scale(self, factors: Mapping[str, float]) -> None:
         mass, damping = factors.get("mass", 1.0), factors.get("damping", 1.0)
         for body in self.spec.bodies[1:]:
             body.mass *= mass
-            body.inertia, body.fullinertia = np.array(body.inertia) * mass, np.array(body.fullinertia) * mass
+            self._scale_inertia(body, mass)
         for joint in self.spec.joints:
             _set(joint, "damping", damping * _linear(joint.damping))
 
-    def _angle(self, joint: mujoco.MjsJoint) -> float:
-        """What the file's unit of a joint's position is in rad or m."""
-        turns = joint.type == mujoco.mjtJoint.mjJNT_HINGE and self.spec.compiler.degree
-        return float(np.pi / 180.0) if turns else 1.0
+    def _scale_inertia(self, body: mujoco.MjsBody, factor: float) -> None:
+        body.inertia = np.array(body.inertia) * factor
+        if body.name in self.inertias:
+            self.inertias[body.name] = self.inertias[body.name] * factor
+
+    def _take_friction(self) -> dict[str, float]:
+        """Friction of joints by name: that of supple is smooth, MuJoCo's is dry."""
+        found = {joint.name: float(joint.frictionloss) for joint in self.spec.joints if joint.frictionloss}
+        for joint in self.spec.joints:
+            joint.frictionloss = 0.0
+        return found
 
     def _read_frames(self, own: Mapping[str, Any]) -> dict[str, tuple[str, Array, Array]]:
         """Bodies, sites, and the task's own frames: body, place and turn."""
@@ -157,7 +184,8 @@ class Robot:
             mujoco.mju_quat2Mat(turn, site.quat)
             frames[site.name] = site.parent.name, np.array(site.pos), turn.reshape(3, 3)
         for name, table in own.items():
-            body, p, R = frames[table["on"]]
+            _known(f"frames.{name}", table, FRAME)
+            body, p, R = _frame(frames, table["on"], f"frames.{name}")
             place, rpy = (numbers(table.get(key, [0.0] * 3), self._values) for key in ("position", "rpy"))
             frames[name] = body, p + R @ place, R @ turn_of(rpy)
         return frames
@@ -166,7 +194,7 @@ class Robot:
 
     def _coordinates(self, states: Sequence[str]) -> None:
         """Which positions are supple's, and how the file's others follow them: ``qpos = G q + offset``."""
-        mj = self.spec.copy().compile()
+        mj = compiled(self.spec.copy())
         if mj.nq != mj.njnt or mj.nv != mj.njnt:
             raise UsageError("a joint of the robot has more than one position: MuJoCo's twin has hinges and slides")
         names = [mj.joint(i).name for i in range(mj.njnt)]
@@ -179,7 +207,8 @@ class Robot:
         self.G, self.offset = np.zeros((len(names), len(self.joints))), np.zeros(len(names))
         for column, name in enumerate(self.joints):
             self.G[self.row[name], column] = 1.0
-        for equality in self.spec.equalities:
+        # As often as followers may follow one another.
+        for equality in [*self.spec.equalities] * len(self.spec.equalities):
             data = np.asarray(equality.data[:5])
             here, there = self.row[equality.name1], self.row[equality.name2]
             if data[2:].any():
@@ -199,10 +228,12 @@ class Robot:
 
     def _add_spring(self, spring: Spring) -> None:
         joint = self.spec.joint(spring.joint)
-        unit, before = self._angle(joint), _linear(joint.stiffness)
+        if joint is None:
+            raise UsageError(f"spring: joint `{spring.joint}` is not among MuJoCo's joints that move")
+        before = _linear(joint.stiffness)
         stiffness = before + spring.stiffness
         if stiffness > 0.0:
-            joint.springref = (before * joint.springref + spring.stiffness * spring.rest / unit) / stiffness
+            joint.springref = (before * joint.springref + spring.stiffness * spring.rest) / stiffness
         _set(joint, "stiffness", stiffness)
         _set(joint, "damping", _linear(joint.damping) + spring.damping)
 
@@ -218,24 +249,44 @@ class Robot:
         tendon.wrap_joint(f"motor {name}", 1.0)
         tendon.wrap_joint(motor.joint, -1.0)
 
-    def _drive(self, controls: Sequence[str]) -> None:
-        """Actuators by the names of supple's controls: those of the file, and forces at joints and motors."""
+    def _drive(self, controls: Sequence[str], model: Mapping[str, Any]) -> None:
+        """Actuators by the names of supple's controls: those of the file, and drives of joints and motors (R.8, R.25)."""
         elastic = {motor.joint: f"motor {name}" for name, motor in self.motors.items()}
-        wanted = {name.removeprefix("ctrl.") for name in controls if name.startswith("ctrl.")}
+        tables = {name: self._drive_table(name, table) for name, table in model.get("drives", {}).items()}
+        own = {actuator.name: actuator for actuator in self.spec.actuators} if model.get("file_actuators", True) else {}
         for actuator in list(self.spec.actuators):
-            name = actuator.name or actuator.target
-            if name not in wanted:
+            if f"ctrl.{actuator.name}" not in controls or actuator.name not in own:
                 self.spec.delete(actuator)
-                continue
-            actuator.name = f"ctrl.{name}"
-            actuator.ctrllimited = actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
-            actuator.target = elastic.get(actuator.target, actuator.target)
         for control in controls:
-            if control.startswith("tau."):
-                joint = control.removeprefix("tau.")
-                drive = self.spec.add_actuator(name=control, target=elastic.get(joint, joint))
-                drive.trntype = mujoco.mjtTrn.mjTRN_JOINT
-                drive.set_to_motor()
+            kind, _, name = control.partition(".")
+            table = tables.get(name, {})
+            drive = own.get(name) if kind == "ctrl" else None
+            if drive is not None:
+                drive.name, joint = control, drive.target
+                _change(drive, table)
+            else:
+                joint = name
+                if self.spec.joint(joint) is None:
+                    raise UsageError(
+                        f"control `{control}`: MuJoCo's twin has neither an actuator nor a joint `{joint}`"
+                    )
+                drive = self.spec.add_actuator(name=control)
+                drive.trntype, gear = mujoco.mjtTrn.mjTRN_JOINT, np.zeros(6)
+                gear[0] = table.get("gear", 1.0)
+                drive.gear = gear
+                if kind == "tau":
+                    drive.set_to_motor()
+                else:
+                    kp, kv = table.get("kp", 0.0), table.get("kv", 0.0)
+                    _law(drive, kp if "kp" in table else kv, 0.0, kp, kv)
+            drive.target = elastic.get(joint, joint)
+            drive.ctrllimited = drive.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+            turned = self.spec.joint(drive.target)
+            turned.armature += table.get("rotor_inertia", 0.0) * float(drive.gear[0]) ** 2
+
+    def _drive_table(self, name: str, table: Mapping[str, Any]) -> dict[str, float]:
+        _known(f"drives.{name}", table, DRIVE)
+        return {key: float(numbers(entry, self._values)) for key, entry in table.items()}
 
     def _add_wall(self, name: str, force: float, mj: mujoco.MjModel) -> None:
         """A sphere on the frame of a contact and a plane that can be moved, which collide with one another alone.
@@ -244,7 +295,7 @@ class Robot:
         with its impedance ``d`` and the inverse inertia ``A`` of the body.
         """
         contact = self.contacts[name]
-        body, place, _ = self.frames[contact.frame]
+        body, place, _ = _frame(self.frames, contact.frame, f"contact `{name}`")
         e = contact.normal
         side = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
         side /= np.linalg.norm(side)
@@ -265,10 +316,53 @@ class Robot:
         self.spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
 
 
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """A model of MuJoCo's.
+
+    Raises:
+        FileError: Where MuJoCo refuses it.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise FileError(f"MuJoCo refuses the robot of the task: {error}") from error
+
+
 def _known(where: str, table: Mapping[str, Any], keys: set[str]) -> None:
     unknown = sorted(set(table) - keys)
     if unknown:
         raise UsageError(f"{where}: MuJoCo's twin of a robot does not know `{unknown[0]}`")
+
+
+def _frame(frames: Mapping[str, tuple[str, Array, Array]], name: str, where: str) -> tuple[str, Array, Array]:
+    if name not in frames:
+        raise UsageError(f"{where}: frame `{name}` is not among MuJoCo's bodies and sites")
+    return frames[name]
+
+
+def _law(drive: mujoco.MjsActuator, gain: float, offset: float, kp: float, kv: float) -> None:
+    """``force = gain u + offset - kp l - kv l'``"""
+    drive.gaintype, drive.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+    gains, biases = np.zeros(len(drive.gainprm)), np.zeros(len(drive.biasprm))
+    gains[0], biases[:3] = gain, [offset, -kp, -kv]
+    drive.gainprm, drive.biasprm = gains, biases
+
+
+def _change(drive: mujoco.MjsActuator, table: Mapping[str, float]) -> None:
+    """Other numbers for an actuator of the file: the gain of a position or velocity actuator follows its kp or kv."""
+    if "gear" in table:
+        gear = np.zeros(6)
+        gear[0] = table["gear"]
+        drive.gear = gear
+    if "kp" in table or "kv" in table:
+        gain = float(drive.gainprm[0])
+        offset, kp, kv = (float(entry) for entry in np.array(drive.biasprm[:3]) * [1.0, -1.0, -1.0])
+        new_kp, new_kv = table.get("kp", kp), table.get("kv", kv)
+        if offset == 0.0 and gain == kp:
+            gain = new_kp
+        elif offset == kp == 0.0 and gain == kv:
+            gain = new_kv
+        _law(drive, gain, offset, new_kp, new_kv)
 
 
 def _linear(given: Any) -> float:

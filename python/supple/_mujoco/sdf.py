@@ -51,6 +51,7 @@ def sdf(text: str, file: str) -> mujoco.MjSpec:
         return poses[name]
 
     spec = mujoco.MjSpec()
+    spec.compiler.degree = False
     made = {"world": spec.worldbody}
 
     def body(name: str) -> mujoco.MjsBody:
@@ -66,7 +67,12 @@ def sdf(text: str, file: str) -> mujoco.MjSpec:
         kind = joint.attrib["type"]
         axis = joint.find("axis")
         if kind in JOINTS and axis is not None:
+            lower, upper = (axis.findtext(f"limit/{end}") for end in ("lower", "upper"))
             made[name].add_joint(
+                limited=mujoco.mjtLimited.mjLIMITED_FALSE
+                if None in (lower, upper)
+                else mujoco.mjtLimited.mjLIMITED_TRUE,
+                range=[float(lower or 0.0), float(upper or 0.0)],
                 name=joint.attrib["name"],
                 type=JOINTS[kind],
                 axis=_numbers(axis, "xyz", 3),

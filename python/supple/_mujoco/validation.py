@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -20,6 +20,7 @@ from ..reports import Consistency
 from ..results import Design, Evaluation
 from ..task import Task
 from ..validation import SampledLoop, TaskValidation, Validation
+from .judgement import Moves, conclude
 from .plant import Plant
 from .robot import FACTORS, Robot
 
@@ -29,16 +30,17 @@ __all__ = ["ENDS_WELL", "VARY", "validate"]
 #: that the plan predicts.
 ENDS_WELL = 4.0
 
-#: What can be varied: which keys of which kinds of ``[[model.compliance]]`` each name multiplies.
+#: What can be varied: which keys of which kinds of ``[[model.compliance]]`` each name multiplies; ``insert`` are the springs of
+#: ``[[model.insert]]``.
 VARY: dict[str, list[tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "mass": [],
     "damping": [
-        (("spring", "elastic_joint", "bushing"), ("damping",)),
+        (("spring", "elastic_joint", "bushing", "insert"), ("damping",)),
         (("elastic_joint",), ("motor_damping",)),
         (("bushing",), ("torsional_damping",)),
     ],
     "stiffness": [
-        (("spring", "elastic_joint", "bushing"), ("stiffness",)),
+        (("spring", "elastic_joint", "bushing", "insert"), ("stiffness",)),
         (("bushing",), ("torsional_stiffness",)),
     ],
     "friction": [(("contact",), ("friction",))],
@@ -63,9 +65,9 @@ def validate(
 ) -> Validation:
     """Runs a design's plan, gains and extended Kalman filter on MuJoCo, beside supple's own model under the same noise.
 
-    MuJoCo reads the robot's file itself. Bodies, springs, elastic joints, drives and damping are MuJoCo's own; bushings and
-    supple's law of contact are applied as forces at each of its steps, of which there are as many in a time step as it takes
-    for the motion to change no more. Noise is that of the task: roll-out ``i`` has the same random numbers on both.
+    MuJoCo reads the robot's file itself. Bodies, springs, elastic joints, drives and damping are MuJoCo's own; bushings,
+    friction in joints and supple's law of contact are applied at each of its steps, of which there are as many in a time step
+    as it takes for the motion to change no more, at most 128. Noise is that of the task: roll-out ``i`` has the same random numbers on both.
     Measurements, costs and contacts are supple's functions of MuJoCo's states.
 
     Args:
@@ -75,9 +77,10 @@ def validate(
             its static stiffness is that of the law, it sets in where the body meets the wall and not before, its damping is
             that of the law at the mean force of the plan, and its friction is dry.
         vary: Factors on numbers of MuJoCo's robot, of which plan, gains and filter know nothing, by the names of
-            :data:`supple.mujoco.VARY`: ``mass`` (and moments of inertia) of all links; ``damping`` of joints, motors, springs
-            and bushings; ``stiffness`` of springs, elastic joints and bushings; ``friction`` of contacts;
-            ``contact.stiffness`` and ``contact.dissipation``. Where a number is a parameter, the parameter is multiplied.
+            :data:`supple.mujoco.VARY`: ``mass`` (and moments of inertia) of all links; ``damping`` of joints, motors, springs,
+            mounts and bushings; ``stiffness`` of springs, mounts, elastic joints and bushings; ``friction`` of contacts;
+            ``contact.stiffness`` and ``contact.dissipation``. Where a number is a parameter, the parameter is multiplied,
+            and expressions of it change with it.
         at: The design: of a task or an evaluation ``start``, as it is; of a design search its ``start``, or the ``optimum``
             it found. ``optimum`` of a task runs :meth:`supple.Task.design` first.
         seed: Seed of the noise.
@@ -143,7 +146,8 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     if plan.status in ("indefinite", "not_finite"):
         raise ComputeError(f"the plan of `{name}` ended as {plan.status}: there is no controller to validate")
     truth = _truth(task._native, factors)
-    plant = _plant(truth, name, plan, sizes[0], contact == "mujoco", factors)
+    robot, points, trial, is_settled = _trial(truth, name, plan, contact == "mujoco", factors)
+    plant = Plant(robot, sizes[0], plan.time_step, trial.substeps)
 
     def step(states: Array, controls: Array, _: int) -> Array:
         return plant.step(states, controls)
@@ -153,40 +157,84 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     costs = {where: np.asarray(found[where]["costs"], dtype=np.float64) for where in ("own", "plant")}
     both = np.isfinite(costs["own"]) & np.isfinite(costs["plant"])
     difference, interval = _mean(costs["plant"][both] - costs["own"][both])
+    own, other = (_loop(found[where], plan.states[-1], spread) for where in ("own", "plant"))
+    predicted = float(found["predicted_cost"]), float(found["predicted_bits"])
+    moves = Moves(
+        plan=plan,
+        points=points,
+        mujoco=trial.step,
+        supple=lambda count: task._native if count is None else _truth(task._native, factors, count),
+        substeps=int(json.loads(task._native.tables())["model"].get("substeps", 1)),
+        task=name,
+        positions=(plan.states.shape[1] - plant.constants) // 2,
+        is_settled=is_settled,
+        asked=", ".join(f"{key} x {factor:g}" for key, factor in factors.items()),
+        contacts=contact == "mujoco",
+    )
+    conclusion = conclude(predicted, own, other, moves)
     return TaskValidation(
         name=name,
         status=str(found["status"]),
-        predicted_cost=float(found["predicted_cost"]),
-        predicted_bits=float(found["predicted_bits"]),
+        predicted_cost=predicted[0],
+        predicted_bits=predicted[1],
         predicted_contacts={entry["name"]: bool(entry["touches"]) for entry in found["contacts"]},
-        supple=_loop(found["own"], plan.states[-1], spread),
-        mujoco=_loop(found["plant"], plan.states[-1], spread),
+        supple=own,
+        mujoco=other,
         cost_difference=difference,
         cost_difference_interval_95=interval,
         mujoco_steps=plant.substeps,
+        conclusion=conclusion.words,
+        broken=conclusion.broken,
     )
 
 
-def _truth(task: NativeTask, factors: Mapping[str, float]) -> NativeTask:
-    """The task with the numbers of its compliance varied."""
+def _truth(task: NativeTask, factors: Mapping[str, float], substeps: int | None = None) -> NativeTask:
+    """The task with the numbers of its compliance and its mounts varied, and with so many sub-steps."""
+    if not factors and substeps is None:
+        return task
     values = task.values()
-    changes: list[tuple[str, str, list[float | str]]] = []
+    changes: list[tuple[str, str, str, list[float | str]]] = []
     parameters: dict[str, float] = {}
-    for element in json.loads(task.tables()).get("model", {}).get("compliance", []):
+    model = json.loads(task.tables()).get("model", {})
+    elements = [(kept, element) for kept in ("compliance", "insert") for element in model.get(kept, [])]
+    for kept, element in elements:
+        kind = element["kind"] if kept == "compliance" else kept
         for name, factor in factors.items():
-            for key in [key for kinds, keys in VARY[name] if element["kind"] in kinds for key in keys]:
+            for key in [key for kinds, keys in VARY[name] if kind in kinds for key in keys]:
                 given = element.get(key, 0.0)
                 entries = given if isinstance(given, list) else [given]
-                parameters |= {entry: factor * values[entry] for entry in entries if isinstance(entry, str)}
-                scaled = [entry if isinstance(entry, str) else factor * float(entry) for entry in entries]
-                changes.append((element["name"], key, scaled))
-    return task.changed(changes, list(parameters.items())) if factors else task
+                parameters |= {entry: factor * values[entry] for entry in entries if entry in values}
+                changes.append((kept, element["name"], key, [_scaled(entry, factor, values) for entry in entries]))
+    return task.changed(changes, list(parameters.items()), substeps)
 
 
-def _plant(
-    truth: NativeTask, name: str, plan: Linearisation, copies: int, own_contacts: bool, factors: Mapping[str, float]
-) -> Plant:
-    """The robot on MuJoCo, with steps that are short enough along the plan."""
+def _scaled(entry: float | str, factor: float, values: Mapping[str, float]) -> float | str:
+    """A number or an expression times a factor; parameters are multiplied themselves."""
+    if not isinstance(entry, str):
+        return factor * float(entry)
+    return entry if entry in values else f"{factor!r} * ({entry})"
+
+
+class _Values(Mapping[str, float]):
+    """Parameters by name, and the values of expressions of them."""
+
+    def __init__(self, task: NativeTask) -> None:
+        self._task, self._parameters = task, task.values()
+
+    def __getitem__(self, text: str) -> float:
+        return self._parameters[text] if text in self._parameters else self._task.number(text)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parameters)
+
+    def __len__(self) -> int:
+        return len(self._parameters)
+
+
+def _trial(
+    truth: NativeTask, name: str, plan: Linearisation, own_contacts: bool, factors: Mapping[str, float]
+) -> tuple[Robot, Array, Plant, bool]:
+    """The robot on MuJoCo, points of the plan, copies at these points, and whether their steps are short enough there."""
     model = json.loads(truth.tables())["model"]
     sources = truth.sources()
     folder = Path(sources[0][0]).parent
@@ -194,20 +242,21 @@ def _plant(
     channels = truth.channels(name)
     states, controls = ([channel["name"] for channel in channels[kind]] for kind in ("states", "controls"))
     own = {key: factor for key, factor in factors.items() if key in FACTORS}
-    make = partial(Robot, model, (file, dict(sources[1:])), truth.values(), (states, controls), own)
+    make = partial(Robot, model, (file, dict(sources[1:])), _Values(truth), (states, controls), own)
     robot = make()
-    points = np.linspace(0, len(plan.controls) - 1, LOOKED_AT).astype(int)
+    points = np.unique(np.linspace(0, len(plan.controls) - 1, LOOKED_AT).astype(int))
     trial = Plant(robot, len(points), plan.time_step, FEWEST)
     if own_contacts and robot.contacts:
         robot = make(trial.mean_forces(plan.states[points], plan.controls[points]))
         trial = Plant(robot, len(points), plan.time_step, FEWEST)
-    settle(trial, plan.states[points], plan.controls[points])
-    return Plant(robot, copies, plan.time_step, trial.substeps)
+    is_settled = settle(trial, plan.states[points], plan.controls[points])
+    return robot, points, trial, is_settled
 
 
-def settle(plant: Plant, states: Array, controls: Array) -> None:
+def settle(plant: Plant, states: Array, controls: Array) -> bool:
     """Gives a plant as many steps as it takes for velocities to change no more than :data:`CONVERGED` where they are
-    halved, by the root of the mean square over points, relative to what a step of the task does to them."""
+    halved, by the root of the mean square over points, relative to what a step of the task does to them; at most
+    :data:`MOST`, and false where these are too few."""
     count = (states.shape[1] - plant.constants) // 2
     rates = slice(count, 2 * count)
     plant.substeps = FEWEST
@@ -217,8 +266,9 @@ def settle(plant: Plant, states: Array, controls: Array) -> None:
         fine = plant.step(states, controls)
         change = np.sqrt(np.nanmean((fine - states)[:, rates] ** 2, axis=0))
         if (np.sqrt(np.mean((fine - coarse)[:, rates] ** 2, axis=0)) <= CONVERGED * change + 1e-12).all():
-            return
+            return True
         coarse = fine
+    return False
 
 
 def deviations(plan: Linearisation) -> Array:

@@ -5,7 +5,7 @@ mod joint_kind;
 mod meshes;
 mod mimic;
 mod mjcf;
-mod moments;
+pub(crate) mod moments;
 mod names;
 mod parts;
 mod physics;

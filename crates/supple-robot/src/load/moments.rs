@@ -17,7 +17,7 @@ pub(super) fn turned(r: [[f64; 3]; 3], moment: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 
 /// The principal moments of a symmetric matrix, and the rotation whose columns are their axes, by Jacobi's rotations:
 /// `A = R diag(moments) R'`.
-pub(super) fn principal(mut a: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+pub(crate) fn principal(mut a: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut axes = diagonal_matrix([1.0; 3]);
     for _ in 0..8 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {

@@ -1,5 +1,6 @@
 //! Links and joints as bodies in bodies.
 
+use super::mended::{is_solid, mended};
 use super::rotation::quaternion;
 use super::text::{Attributes, Text, named};
 use crate::{Frame, Inertia, Joint, JointKind, Pose, Robot};
@@ -38,7 +39,7 @@ impl<'a> Bodies<'a> {
         let is_world = root.name == "world";
         if !is_world {
             text.open("body", named(&root.name));
-            inertia(root.inertia.as_ref(), text);
+            self.inertia(0, false, text);
         } else if root.inertia.is_some() {
             self.warnings.push("the root link `world` is the world of MJCF: its inertia is left out".to_owned());
         }
@@ -112,16 +113,42 @@ impl<'a> Bodies<'a> {
                 self.warnings.push(format!("joint `{}`: MJCF has no range with one end; it is left out", joint.name));
             }
         }
-        let carried = || self.children[chain.link].iter().any(|&next| !moves(&self.robot.joints[next]));
-        if link.inertia.is_none()
-            && chain.joints.iter().any(|&(index, _)| moves(&self.robot.joints[index]))
-            && !carried()
-        {
-            let message = "moves and has no inertia, which MuJoCo refuses; lock its joint or give it some";
-            self.warnings.push(format!("link `{}` {message}", link.name));
-        }
-        inertia(link.inertia.as_ref(), text);
+        let moved = chain.joints.iter().any(|&(index, _)| moves(&self.robot.joints[index]));
+        self.inertia(chain.link, moved && !self.is_solid(chain.link), text);
         self.frames(chain.link, text);
+    }
+
+    /// Whether MuJoCo lets a body move for its own inertia, or for that of a link that is fixed to it.
+    fn is_solid(&self, link: usize) -> bool {
+        let mut waiting = vec![link];
+        while let Some(link) = waiting.pop() {
+            if self.robot.links[link].inertia.as_ref().is_some_and(is_solid) {
+                return true;
+            }
+            let fixed = self.children[link].iter().filter(|&&next| !moves(&self.robot.joints[next]));
+            waiting.extend(fixed.map(|next| next + 1));
+        }
+        false
+    }
+
+    /// The inertia of a link, or what MuJoCo accepts in its place; `lacks` where it moves and has none.
+    fn inertia(&mut self, link: usize, lacks: bool, text: &mut Text) {
+        let link = &self.robot.links[link];
+        let Some(mended) = mended(link.inertia.as_ref(), lacks) else {
+            inertia(link.inertia.as_ref(), text);
+            return;
+        };
+        if let Some(why) = &mended.why {
+            text.comment(&format!("link {} {why}", link.name));
+            self.warnings.push(format!("link `{}` {why}", link.name));
+        }
+        let head = Attributes::default().numbers("pos", &mended.center.map(plain)).numbers("mass", &[mended.mass]);
+        let turned = if mended.axes == Pose::IDENTITY.rotation {
+            head
+        } else {
+            head.numbers("quat", &quaternion(&mended.axes).map(plain))
+        };
+        text.element("inertial", turned.numbers("diaginertia", &mended.moments.map(plain)));
     }
 
     fn frames(&self, link: usize, text: &mut Text) {

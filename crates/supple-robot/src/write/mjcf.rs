@@ -16,7 +16,8 @@ pub struct Written {
 /// that follow others, actuators, sensors, keyframes and walls. Read again it has the same dynamics.
 ///
 /// A link without inertia and frames between two joints becomes a body with both joints, as MuJoCo refuses bodies without
-/// inertia. What is only seen is left out.
+/// inertia. Other inertias that MuJoCo refuses are written as the nearest that it accepts, with a comment and a warning.
+/// What is only seen is left out.
 #[must_use]
 pub fn mjcf(robot: &Robot) -> Written {
     let mut text = Text::default();

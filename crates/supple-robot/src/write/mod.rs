@@ -2,6 +2,7 @@
 
 mod bodies;
 mod equipment;
+mod mended;
 mod mjcf;
 mod rotation;
 mod text;

@@ -63,6 +63,13 @@ impl Text {
         let _ = writeln!(self.out, "{:indent$}<{tag}{}/>", "", attributes.0, indent = 2 * self.open.len());
     }
 
+    /// Words for who reads the text.
+    pub fn comment(&mut self, words: &str) {
+        // A comment of XML holds no two hyphens in a row.
+        let words = words.replace("--", "- -");
+        let _ = writeln!(self.out, "{:indent$}<!-- {words} -->", "", indent = 2 * self.open.len());
+    }
+
     /// All of it.
     pub fn finish(mut self) -> String {
         while !self.open.is_empty() {

@@ -1,0 +1,203 @@
+"""What a validation means, in words: whether the design holds on MuJoCo, and where it does not, why and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._records import Array
+from .._supple import NativeTask
+from ..checks import Linearisation
+from ..validation import SampledLoop
+
+__all__ = ["Conclusion", "Moves", "conclude"]
+
+#: Consistency of a filter on MuJoCo from which it is worth a word, and from which the design is broken there.
+DOUBTFUL, BROKEN = 1.5, 10.0
+#: Share of the predicted cost by which the cost on MuJoCo may exceed it without a word, and how many times it makes it broken.
+DEARER, MUCH_DEARER = 0.25, 10.0
+#: Times of the predicted information that is worth a word.
+MORE_BITS = 2.0
+#: Sub-steps are enough where the errors of steps make innovations so little larger, relative to what the filter expects.
+SMALL = 0.05
+#: How many times the closed loop may amplify these errors in choosing sub-steps; beyond that it is another loop.
+AMPLIFIED = 10.0
+#: Sub-steps are looked for up to this factor, and up to this product with the cube of the positions, which is supple's limit.
+MOST, COSTLIEST = 64, 150_000
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What a validation says in words, and whether the design is broken on MuJoCo."""
+
+    words: str
+    broken: bool
+
+
+def sampled(plan: Linearisation, seed: int = 0) -> tuple[Array, Array]:
+    """States and controls, (N, n) and (N, m), of a roll-out of the linear closed loop about a plan."""
+    rng = np.random.default_rng(seed)
+
+    def noise(covariance: Array) -> Array:
+        values, axes = np.linalg.eigh(covariance)
+        return np.asarray(axes @ (np.sqrt(np.maximum(values, 0.0)) * rng.standard_normal(len(values))))
+
+    x, P = noise(plan.initial_covariance), plan.initial_covariance
+    estimate = np.zeros(len(x))
+    states, controls = [], []
+    for t, (A, B, K) in enumerate(zip(plan.A, plan.B, plan.feedback)):
+        C, V = plan.C[t], plan.measurement_covariance[t]
+        innovation = C @ (x - estimate) + noise(V)
+        estimate = estimate + P @ C.T @ np.linalg.solve(C @ P @ C.T + V, innovation)
+        u = K @ estimate
+        states.append(plan.states[t] + x)
+        controls.append(plan.controls[t] + u)
+        x = A @ x + B @ u + noise(plan.process_covariance[t])
+        estimate = A @ estimate + B @ u
+        P = A @ plan.belief_covariance[t] @ A.T + plan.process_covariance[t]
+    return np.array(states), np.array(controls)
+
+
+@dataclass(frozen=True)
+class Moves:
+    """Single steps from states of a roll-out under its controls, at points of the plan.
+
+    Attributes:
+        plan: The plan.
+        points: Numbers of the steps.
+        mujoco: States after the steps by MuJoCo, of the robot from states (R, n) under controls (R, m).
+        supple: Makes supple's model of MuJoCo's robot with so many sub-steps; with none, that of the task.
+        substeps: The sub-steps of the task.
+        task: Its name.
+        positions: How many of the states are positions.
+        is_settled: Whether MuJoCo's own steps are short enough.
+        asked: How MuJoCo's robot was asked to differ, in words; empty where it was not.
+        contacts: Whether it has MuJoCo's contacts.
+    """
+
+    plan: Linearisation
+    points: Array
+    mujoco: Callable[[Array, Array], Array]
+    supple: Callable[[int | None], NativeTask]
+    substeps: int
+    task: str
+    positions: int
+    is_settled: bool
+    asked: str
+    contacts: bool
+
+    def _by_supple(self, substeps: int | None, at: tuple[Array, Array]) -> Array:
+        task = self.supple(substeps)
+        ends = [task.simulate(self.task, u[None], list(x))[1] for x, u in zip(*at)]
+        return np.asarray(ends)
+
+    def _size(self, errors: Array) -> float:
+        """By how much errors of single steps at the points make innovations larger than the filter expects, in the mean over
+        the plan: of the normalised innovation squared (I.12), in the linear system."""
+        if not np.isfinite(errors).all():
+            return float("inf")
+        plan, steps = self.plan, len(self.plan.controls)
+        each = np.array([np.interp(np.arange(steps), self.points, column) for column in errors.T]).T
+        error, total = np.zeros(errors.shape[1]), 0.0
+        for t, (A, C) in enumerate(zip(plan.A, plan.C[1:])):
+            P = A @ plan.belief_covariance[t] @ A.T + plan.process_covariance[t]
+            S = C @ P @ C.T + plan.measurement_covariance[t + 1]
+            error = A @ error + each[t]
+            innovation = C @ error
+            weighed = np.linalg.solve(S, innovation)
+            error = error - P @ C.T @ weighed
+            total += float(innovation @ weighed) / len(innovation)
+        return total / steps
+
+    def cause(self, excess: float, bits: float) -> str:
+        """Which of what may differ does, by most, and what to do; ``excess`` is by how much innovations in closed loop are
+        larger than the filter expects, ``bits`` is the predicted information."""
+        states, controls = sampled(self.plan)
+        at = states[self.points], controls[self.points]
+        by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
+        varied = coarse - self._by_supple(None, at) if self.asked else np.zeros_like(coarse)
+        # Twice as many sub-steps until they change nothing more, or MuJoCo's motion is that of them.
+        counts, count = [self.substeps], self.positions
+        while 2 * counts[-1] <= MOST * self.substeps and 2 * counts[-1] * count**3 <= COSTLIEST:
+            counts.append(2 * counts[-1])
+        whole = self._size(by_mujoco - coarse + varied)
+        # The square of an innovation is half as many nats: an excess that adds a quarter to the predicted bits at most.
+        measured = len(self.plan.controls) * self.plan.C.shape[1]
+        small = min(SMALL, 0.5 * np.log(2.0) * max(bits, 1.0) / measured) / min(
+            max(excess / max(whole, 1e-12), 1.0), AMPLIFIED
+        )
+        finer, fine, is_enough = coarse, self.substeps, False
+        for fine in counts[1:]:
+            finer = self._by_supple(fine, at)
+            if self._size(by_mujoco - finer) <= small:
+                is_enough = True
+                break
+        shares = {
+            "varied": self._size(varied),
+            "coarse": self._size(finer - coarse),
+            "other": 0.0 if is_enough else self._size(by_mujoco - finer),
+        }
+        most = max(shares, key=lambda name: shares[name])
+        dt = self.plan.time_step
+        if whole <= small:
+            return (
+                "single steps are those of MuJoCo, so neither the time step nor the model is at fault: the closed loop amplifies "
+                "small differences"
+            )
+        if most == "varied":
+            return f"the robot differs from supple's model as was asked for ({self.asked}), which changes steps most"
+        if most == "coarse":
+            moved = "moves as MuJoCo does" if is_enough else "comes nearer to MuJoCo's motion"
+            shown = f"with {fine} sub-steps supple {moved}, with {self.substeps} it does not"
+            shorter = f"a shorter `time_step`, such as {dt * self.substeps / fine:.2g} s"
+            more = "" if is_enough else "; more may be needed"
+            if not self.is_settled:
+                more += "; MuJoCo's own steps are not short enough either, so that its numbers are rough"
+            return f"the discretisation of the plan is too coarse ({shown}): use `substeps = {fine}` or {shorter}{more}"
+        if self.contacts:
+            return (
+                "MuJoCo's own contacts differ from supple's law of contact, which changes steps most: compare with "
+                "contact = same, and try a smaller `slip` and `smoothing`"
+            )
+        return (
+            f"MuJoCo moves the robot otherwise than supple does also with {fine} sub-steps: look at the robot's file for what "
+            "one of both ignores (`supple robot FILE` lists what supple does)"
+        )
+
+
+def conclude(predicted: tuple[float, float], own: SampledLoop, plant: SampledLoop, moves: Moves) -> Conclusion:
+    """What was found, and where it is not as predicted, why.
+
+    Args:
+        predicted: Cost and bits.
+        own: Roll-outs on supple's own model.
+        plant: Roll-outs on MuJoCo.
+        moves: Single steps of both.
+    """
+    cost, bits = predicted
+    doubts = []
+    broken = plant.diverged > 0
+    if plant.diverged:
+        doubts.append(f"{plant.diverged} roll-outs on MuJoCo diverge")
+    if plant.consistency is not None and plant.consistency.mean > DOUBTFUL:
+        many = plant.consistency.mean
+        broken = broken or many > BROKEN
+        doubts.append(f"the filter's consistency on MuJoCo is {many:.3g} where 1 is right, so do not rely on bits")
+    elif plant.realised_bits is not None and plant.realised_bits > MORE_BITS * max(bits, 1.0):
+        doubts.append(f"MuJoCo's roll-outs measure {plant.realised_bits:.4g} bits where {bits:.4g} are predicted")
+    dearer = plant.cost_mean - cost
+    if np.isfinite(dearer) and dearer > DEARER * abs(cost) and plant.cost_interval_95[0] > cost:
+        broken = broken or dearer > MUCH_DEARER * abs(cost)
+        doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} where {cost:.4g} is predicted")
+    if not doubts:
+        return Conclusion("the design holds on MuJoCo as predicted", False)
+    alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > DOUBTFUL)
+    if alike:
+        why = "supple's own roll-outs are not as predicted either: the plan does not hold for these noises; see `supple evaluate`"
+    else:
+        excess = float("inf") if plant.consistency is None else plant.consistency.mean - 1.0
+        why = moves.cause(excess, bits)
+    verdict = "the design is broken on MuJoCo" if broken else "the design is in doubt on MuJoCo"
+    return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}", broken)
