@@ -70,7 +70,7 @@ impl System {
         let mut policy = Policy::zeros(knots.dimensions, steps);
         solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
         let rounded = Horizon::along(&knots, &policy, &noise, 0.0).base_cost;
-        (rounded, Horizon::proved(&knots, &policy, &noise, 0.0).unwrap())
+        (rounded, Horizon::proved(&knots, &policy, &noise, 0.0, 0.0).unwrap())
     }
 
     /// In the steady state, with a regulator that is proved but for rounding.
@@ -191,7 +191,7 @@ fn a_control_at_its_limit_moves_nothing() {
     let (knots, noise) = system.knots(steps);
     let mut policy = Policy::zeros(knots.dimensions, steps);
     policy.clamped.fill(true);
-    let (horizon, _) = Horizon::proved(&knots, &policy, &noise, 1.0).unwrap();
+    let (horizon, _) = Horizon::proved(&knots, &policy, &noise, 1.0, 0.0).unwrap();
     let (mut covariance, mut free) = (DMatrix::identity(2, 2), 1.0);
     for t in 0..=steps {
         free += (&system.q * &covariance).trace();
@@ -207,7 +207,7 @@ fn a_cost_that_is_not_convex_has_no_law() {
     let system = System { r: of(1, &[-9.0]), ..with_zero(0.5, 0.1) };
     let (knots, noise) = system.knots(5);
     let policy = Policy::zeros(knots.dimensions, 5);
-    let reason = Horizon::proved(&knots, &policy, &noise, 0.0).unwrap_err();
+    let reason = Horizon::proved(&knots, &policy, &noise, 0.0, 0.0).unwrap_err();
     assert!(reason.contains("not convex"), "{reason}");
 }
 

@@ -12,6 +12,10 @@ use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, solve_lowe
 /// most 7e-5 bits.
 const RANK_TOLERANCE: f64 = 1e-4;
 
+/// Below this ratios are not measured, but for those that are at least this share of the largest.
+const LEAST_RATIO: f64 = 1e-6;
+const FAINT: f64 = 0.1;
+
 /// How much better than found sensors may have to be so that what they leave out costs nothing, as a factor of precision.
 const MOST_PRECISION: f64 = 1e3;
 
@@ -60,8 +64,8 @@ fn one(found: &Found, t: usize) -> Reduced {
     };
     let ratios: Vec<f64> = found.eigenvalues.iter().map(|v| v.max(0.0)).collect();
     let largest = ratios.iter().fold(0.0f64, |a, &b| a.max(b));
-    let mut kept: Vec<usize> =
-        (0..n).filter(|&k| ratios[k] > RANK_TOLERANCE * largest.min(1.0) && ratios[k] > 1e-6).collect();
+    let least = f64::max(RANK_TOLERANCE * largest.min(1.0), f64::min(LEAST_RATIO, FAINT * largest));
+    let mut kept: Vec<usize> = (0..n).filter(|&k| ratios[k] > least).collect();
     kept.sort_by(|&a, &b| ratios[b].total_cmp(&ratios[a]));
     let mut measurement = found.eigenvectors.select_columns(&kept).transpose() * inverse_lower(factor);
     for (mut row, &k) in measurement.row_iter_mut().zip(&kept) {

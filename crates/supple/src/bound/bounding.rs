@@ -116,7 +116,7 @@ impl Bounding {
             let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&problem.priced_dynamics())?);
             (Kind::Stationary(problem), own, floors, regulator)
         } else {
-            let proved = proved_horizon(&state.plan, &state.noise)?;
+            let proved = proved_horizon(task, phi, &state.plan, &state.noise)?;
             let floor = product_growth(&proved.horizon.dynamics, task.steps)?;
             let own = Own::over_horizon(task, &state, &proved)?;
             (Kind::Horizon(proved.horizon, proved.spread), own, (floor, 0.0), proved.law)

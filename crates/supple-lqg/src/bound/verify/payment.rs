@@ -17,7 +17,7 @@ const ILL_CONDITIONED: f64 = 1e-9;
 const ZERO: f64 = 1e-12;
 
 /// `c` of `V >= c S`. Any number above 0 would do.
-const SHARE: f64 = 1e-8;
+const SHARES: [f64; 4] = [1e-8, 1e-14, 1e-20, 1e-28];
 
 /// By this share of their sizes costs of states are lowered: nothing counts as paid that rounding of the cost may have
 /// made.
@@ -68,8 +68,10 @@ fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() ->
     let is_as_given = r == law.dynamics.rows && roots.least > ILL_CONDITIONED;
     let priced = if is_as_given { Priced::all(law, &roots) } else { Priced::some(law, &roots) }?;
     let shares = |below: &Enclosure| {
-        let left = below.minus(&priced.s.scaled(Interval::point(SHARE)));
-        enclosed(&priced.units).transpose().around(&left).is_positive_semidefinite()
+        SHARES.into_iter().any(|share| {
+            let left = below.minus(&priced.s.scaled(Interval::point(share)));
+            enclosed(&priced.units).transpose().around(&left).is_positive_semidefinite()
+        })
     };
     let mut step = priced.step;
     for i in 0..step.dynamics.rows {
@@ -81,7 +83,7 @@ fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() ->
             return Ok(priced.distance);
         }
         if steps >= MOST_STEPS {
-            return Err("the regulator stabilises states that may not affect the cost".into());
+            return Err(format!("that the regulator's price is paid within {MOST_STEPS} steps could not be proved"));
         }
         steps = (4 * steps).min(MOST_STEPS);
     }
