@@ -7,8 +7,8 @@ use super::verify::Quotient;
 use super::zeros::moduli;
 use crate::dense::Dense;
 
-/// The rounding of a number given, relatively.
-const GIVEN: f64 = 2.0 * f64::EPSILON;
+/// The rounding of a number given, relatively: what is tried, one after the other.
+const GIVEN: [f64; 3] = [2.0 * f64::EPSILON, 32.0 * f64::EPSILON, 512.0 * f64::EPSILON];
 
 /// Entries below so many times their rounding are 0.
 const CANCELS: f64 = 8.0;
@@ -17,7 +17,7 @@ const CANCELS: f64 = 8.0;
 const LASTS: f64 = 1.0 - 1e-3;
 
 /// How far the numbers may be from those of a system whose states cost exactly nothing.
-const NEARBY: f64 = 1e-12;
+const NEARBY: f64 = 1e-11;
 
 /// Numbers of a row, and how far each is rounded.
 #[derive(Clone)]
@@ -58,19 +58,20 @@ impl Row {
     fn divided(&self, place: usize) -> Self {
         let (pivot, of_pivot) = (self.entries[place], self.off[place] / self.entries[place].abs());
         let entries: Vec<f64> = self.entries.iter().map(|entry| entry / pivot).collect();
-        let off = entries.iter().zip(&self.off).map(|(entry, off)| {
-            off / pivot.abs() + entry.abs() * (of_pivot + f64::EPSILON)
-        });
+        let off = entries
+            .iter()
+            .zip(&self.off)
+            .map(|(entry, off)| off / pivot.abs() + entry.abs() * (of_pivot + f64::EPSILON));
         let mut out = Self { off: off.collect(), entries };
         (out.entries[place], out.off[place]) = (1.0, 0.0);
         out
     }
 
-    fn carried(&self, a: &Dense) -> Self {
+    fn carried(&self, a: &Dense, given: f64) -> Self {
         let n = self.entries.len();
         let sum = |entry: &dyn Fn(usize) -> f64| (0..n).map(entry).sum::<f64>();
         let entries = (0..n).map(|j| sum(&|i| self.entries[i] * a[(i, j)])).collect();
-        let off = (0..n).map(|j| sum(&|i| (self.off[i] + GIVEN * self.entries[i].abs()) * a[(i, j)].abs())).collect();
+        let off = (0..n).map(|j| sum(&|i| (self.off[i] + given * self.entries[i].abs()) * a[(i, j)].abs())).collect();
         Self { entries, off }.clean()
     }
 }
@@ -78,13 +79,18 @@ impl Row {
 /// Rows `R` of the states of `x+ = F z + w` that cost something beyond rounding, where the others cost something too, by
 /// rounding alone, and do not die out: `R` is the identity in as many states. None where no state is of this kind.
 pub(super) fn costly(dynamics: &Dense, cost: &Dense, process: &Dense) -> Option<Dense> {
+    GIVEN.into_iter().find_map(|given| costly_within(given, dynamics, cost, process))
+}
+
+/// The same where numbers are rounded by so much.
+fn costly_within(given: f64, dynamics: &Dense, cost: &Dense, process: &Dense) -> Option<Dense> {
     let n = dynamics.nrows();
     let a = dynamics.columns(0, n).into_owned();
     let units = scales(&a, process);
     let mut waiting: Vec<Row> = (0..cost.nrows())
         .map(|i| {
             let entries: Vec<f64> = (0..n).map(|j| cost[(i, j)]).collect();
-            Row { off: entries.iter().map(|entry| GIVEN * entry.abs()).collect(), entries }
+            Row { off: entries.iter().map(|entry| given * entry.abs()).collect(), entries }
         })
         .collect();
     let mut reduced: Vec<(usize, Row)> = Vec::new();
@@ -98,7 +104,7 @@ pub(super) fn costly(dynamics: &Dense, cost: &Dense, process: &Dense) -> Option<
         for (_, other) in &mut reduced {
             *other = other.minus(place, &one);
         }
-        waiting.push(one.carried(&a));
+        waiting.push(one.carried(&a, given));
         reduced.push((place, one));
     }
     if reduced.len() == n || reduced.is_empty() {

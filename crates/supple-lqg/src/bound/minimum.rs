@@ -14,7 +14,7 @@ use super::sensor::sensors;
 use super::settings::{BoundSettings, BoundStatus};
 use super::size::Size;
 use super::solution::MinimumInformation;
-use super::start::{begin, start};
+use super::start::{COMPLEMENTARITIES, search_from, start};
 use super::virtual_sensor::VirtualSensor;
 use super::witness::Witness;
 use crate::Error;
@@ -128,11 +128,11 @@ pub(super) fn place(
     if let Some(found) = continued.filter(|found| found.status == BoundStatus::Converged) {
         return Ok((chain, found, budget));
     }
-    let first = start(&chain).and_then(|factors| begin(&chain, factors)).ok_or_else(|| Error::NoBound {
+    let factors = start(&chain).ok_or_else(|| Error::NoBound {
         what: "no feasible covariances were found".into(),
         advice: "scale the states to similar sizes, shorten the horizon, or increase the cost limit",
     })?;
-    let found = search(&chain, first, target, settings);
+    let found = search_from(&chain, &factors, &COMPLEMENTARITIES, target, settings);
     if halt::is_requested() {
         return Err(Error::Stopped);
     }
@@ -164,10 +164,9 @@ const ADVICE: &str = "scale the states to similar sizes, shorten the horizon, or
 
 /// A place with a certificate, or why there is none.
 pub(super) fn certified(found: Option<Found>, advice: &'static str) -> Result<Found, Error> {
-    found.filter(|found| found.gap.is_finite()).ok_or_else(|| Error::NoBound {
-        what: "rounding is larger than the gap that can be certified".into(),
-        advice,
-    })
+    found
+        .filter(|found| found.gap.is_finite())
+        .ok_or_else(|| Error::NoBound { what: "rounding is larger than the gap that can be certified".into(), advice })
 }
 
 /// The covariances of no information at all, where these keep the cost.

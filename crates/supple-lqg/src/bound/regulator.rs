@@ -80,12 +80,13 @@ pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Resu
     let kept = quotient.kept();
     let others: Vec<usize> = (0..n).filter(|i| !kept.contains(i)).collect();
     let place = |i: usize| kept.iter().position(|&kept| kept == i);
-    let unpriced = Dense::from_fn(n, others.len() + found.unpriced.ncols(), |i, k| match (place(i), k < others.len()) {
-        (Some(row), true) => -rows[(row, others[k])],
-        (None, true) => f64::from(u8::from(i == others[k])),
-        (Some(row), false) => found.unpriced[(row, k - others.len())],
-        (None, false) => 0.0,
-    });
+    let unpriced =
+        Dense::from_fn(n, others.len() + found.unpriced.ncols(), |i, k| match (place(i), k < others.len()) {
+            (Some(row), true) => -rows[(row, others[k])],
+            (None, true) => f64::from(u8::from(i == others[k])),
+            (Some(row), false) => found.unpriced[(row, k - others.len())],
+            (None, false) => 0.0,
+        });
     let back = rows.transpose();
     Ok(Regulator {
         s: congruence(&back, &found.s),

@@ -6,6 +6,7 @@ use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, LOST, SHARE, budget, certified, finer, is_coarse};
+use super::nearby::Nearby;
 use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, Stage, measured_root, reach};
 use super::regulator::matrix;
@@ -14,7 +15,7 @@ use super::sensor::sensors;
 use super::settings::{BoundSettings, BoundStatus};
 use super::settle::settled;
 use super::solution::StationaryMinimum;
-use super::start::{begin, inside, once_measured};
+use super::start::{COMPLEMENTARITIES, inside, once_measured, search_from};
 use super::subspace::{GROWTH, complement, invariant_hull, observed, range, seen_states, unit_columns, unstable};
 use super::units::InUnits;
 use super::verify::Matrix;
@@ -40,10 +41,14 @@ const SPARE: f64 = 1e-3;
 
 /// Shares of the budget at which the search is repeated where the minimum is not certain from that at the budget itself: what
 /// less cost takes is enough for more.
-const SHARES: [f64; 6] = [0.9, 0.5, 0.1, 1e-2, 1e-4, 1e-6];
+const SHARES: [f64; 6] = [0.5, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
 
-/// The same of systems of many states, of which each search takes long.
+/// By how much more the cost is at the next search that follows one.
+const FARTHER: f64 = 2.0;
+
+/// How many searches are repeated of systems of many states, of which each takes long.
 const MANY: usize = 20;
+const FEW: usize = 1;
 
 /// The least directed information per step that any sensors and any controller need to keep an expected cost per step
 /// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
@@ -71,29 +76,13 @@ pub fn stationary_minimum(
         }
     }
     let budget = budget(cost, system.base_cost)?;
-    let find = |share: f64, settings: &BoundSettings| {
-        if halt::is_requested() { Err(Error::Stopped) } else { at(system, cost, share * budget, settings) }
-    };
-    let mut best = find(1.0, settings);
-    let improve = |best: &mut Result<StationaryMinimum, Error>, share: f64| {
-        let finer = best.as_ref().ok().map(|found| finer(found.nats, settings));
-        if let Ok(found) = find(share, &finer.unwrap_or(*settings)) {
-            *best = Ok(match std::mem::replace(best, Err(Error::Stopped)) {
-                Ok(before) => before.beside(found),
-                Err(_) => found,
-            });
-        }
-    };
-    if best.as_ref().is_ok_and(|found| is_coarse(found.nats, settings)) {
-        improve(&mut best, 1.0);
+    let mut seeking = Seeking { system, cost, budget, settings, best: Err(Error::Stopped), near: None };
+    seeking.at(1.0, &COMPLEMENTARITIES);
+    if seeking.best.as_ref().is_ok_and(|found| is_coarse(found.nats, settings)) {
+        seeking.at(1.0, &COMPLEMENTARITIES);
     }
-    let shares = if stage.price.nrows() > MANY { &SHARES[1..3] } else { &SHARES[..] };
-    for &share in shares {
-        if best.as_ref().is_ok_and(StationaryMinimum::is_tight) || halt::is_requested() {
-            break;
-        }
-        improve(&mut best, share);
-    }
+    seeking.from_elsewhere(if stage.price.nrows() > MANY { FEW } else { usize::MAX });
+    let best = seeking.best;
     if halt::is_requested() {
         return Err(Error::Stopped);
     }
@@ -104,16 +93,84 @@ pub fn stationary_minimum(
     Ok(best)
 }
 
+/// A search for the minimum from several places.
+struct Seeking<'a> {
+    system: &'a Stationary,
+    cost: f64,
+    budget: f64,
+    settings: &'a BoundSettings,
+    /// The best bounds so far, or why there are none.
+    best: Result<StationaryMinimum, Error>,
+    /// On the way to what was found last.
+    near: Option<Nearby>,
+}
+
+impl Seeking<'_> {
+    /// With the covariances of a share of the budget, from these starts; whether the search got to its end.
+    fn at(&mut self, share: f64, starts: &[f64]) -> bool {
+        let finer = self.best.as_ref().map_or(*self.settings, |found| finer(found.nats, self.settings));
+        let found = match halt::is_requested() {
+            true => Err(Error::Stopped),
+            false => at(self.system, self.cost, share * self.budget, (starts, &mut self.near), &finer),
+        };
+        let ended = found.as_ref().is_ok_and(|found| found.status == BoundStatus::Converged);
+        let before = std::mem::replace(&mut self.best, Err(Error::Stopped));
+        self.best = match (before, found) {
+            (Ok(before), Ok(found)) => Ok(before.beside(found)),
+            (Err(Error::Stopped), found) | (_, found @ Ok(_)) => found,
+            (before, Err(_)) => before,
+        };
+        ended
+    }
+
+    fn is_over(&self) -> bool {
+        halt::is_requested() || self.best.as_ref().is_ok_and(StationaryMinimum::is_tight)
+    }
+
+    /// From other starts, at less cost, and from there at more and more; so many searches at most.
+    fn from_elsewhere(&mut self, most: usize) {
+        let starts = (1..COMPLEMENTARITIES.len()).map(|from| (1.0, &COMPLEMENTARITIES[from..=from]));
+        let shares = SHARES.into_iter().map(|share| (share, &COMPLEMENTARITIES[..]));
+        let mut climbs = most > FEW;
+        for (mut share, starts) in starts.chain(shares).take(most) {
+            if self.is_over() {
+                break;
+            }
+            self.near = None;
+            let mut ended = self.at(share, starts);
+            while climbs && ended && share < 1.0 && !self.is_over() {
+                share = (FARTHER * share).min(1.0);
+                ended = self.at(share, &[]);
+                climbs = ended;
+            }
+        }
+    }
+}
+
 /// What is found with the covariances of a share of the budget.
-fn at(system: &Stationary, cost: f64, budget: f64, settings: &BoundSettings) -> Result<StationaryMinimum, Error> {
+fn at(
+    system: &Stationary,
+    cost: f64,
+    budget: f64,
+    (starts, near): (&[f64], &mut Option<Nearby>),
+    settings: &BoundSettings,
+) -> Result<StationaryMinimum, Error> {
     let n = system.dynamics.rows();
     let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
-    let first =
-        start(&chain.stages[0]).and_then(|factors| begin(&chain, vec![factors])).ok_or_else(|| Error::NoBound {
+    let target = SHARE * settings.gap;
+    let mut found = match starts {
+        [] => near.as_ref().and_then(|near| search(&chain, near.place(&chain, budget)?, target, settings)),
+        _ => None,
+    };
+    if !starts.is_empty() {
+        let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
             what: "no covariances were found that keep it".into(),
             advice: "scale the states to similar sizes, or ask for a larger cost",
         })?;
-    let found = certified(search(&chain, first, SHARE * settings.gap, settings), STEADY_ADVICE)?;
+        found = search_from(&chain, &[factors], starts, target, settings);
+    }
+    let found = certified(found, STEADY_ADVICE)?;
+    *near = Nearby::of(&chain, &found, budget);
     let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
     let root = &chain.stages[0].basis * &found.place.factors[0];
     store(&mut posterior, 0, &symmetric(&root * root.transpose()));
