@@ -82,7 +82,9 @@ pub(super) fn search_from(
 /// and where it is so small that only rounding is left of them.
 pub(super) fn inside<T>(measured: impl Fn(f64) -> Option<(T, f64)>) -> Option<T> {
     let (most, step) = VARIANCES;
-    let kept = |log: f64| measured(math::exp(log)).filter(|(_, cost)| *cost <= 0.7);
+    let kept = |log: f64| {
+        if halt::is_requested() { None } else { measured(math::exp(log)).filter(|(_, cost)| *cost <= 0.7) }
+    };
     let mut low = 0.0;
     let mut best = kept(low);
     while best.is_none() && low > -most {

@@ -405,6 +405,9 @@ fn scaled(a: &Dense, driven: &Dense, price: &Dense) -> Dense {
     let n = a.nrows();
     let mut basis = Dense::identity(n, n);
     for _ in 0..SCALING + 2 * n {
+        if halt::is_requested() {
+            break;
+        }
         let Some(measured) = measured_root(&basis, &congruence(&basis.transpose(), price), 1) else { break };
         let (next, ..) = reach(a, &basis, driven, &measured);
         if next.ncols() == 0 || !next.iter().all(|entry| entry.is_finite()) {
