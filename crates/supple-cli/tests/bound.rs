@@ -243,6 +243,7 @@ fn a_minimum_far_above_what_is_proved_is_not_certified() {
         assert!(bits > 0.0 && bits < last, "{cost}: {bits} {last}");
         last = bits;
     }
-    let (code, page) = folder.run(&["bound", "task.toml", "--stationary", "--cost", "1133.9"]).quiet();
+    let run = folder.run(&["bound", "task.toml", "--stationary", "--cost", "1133.9"]);
+    let (code, page) = run.quiet();
     assert!(code == Some(1) && page.contains("NOT ") && !page.contains("Certified"), "{page}");
 }
