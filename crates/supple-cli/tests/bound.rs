@@ -148,3 +148,102 @@ fn bounds_are_steps_of_study_files() {
     assert_eq!(run.code, Some(0), "{run:?}");
     assert!(folder.path("done/least/result.json").exists());
 }
+
+/// A linear task with the identity as its sensors.
+fn linear(a: &str, b: &str, w: &str, q: &str, r: &str, steps: usize) -> String {
+    let identity = if a.matches('[').count() == 2 { "[[1.0]]" } else { "[[1.0, 0.0], [0.0, 1.0]]" };
+    format!(
+        "title = \"x\"\n[model]\nkind = \"linear\"\nA = {a}\nB = {b}\nC = {identity}\n[[tasks]]\nname = \"t\"\nsteps = {steps}\n\
+         time_step = 1.0\ninitial_state = [{}]\n\
+         noise = {{ initial = {identity}, process = {w}, measurement = {identity} }}\n\
+         [[tasks.costs]]\nkind = \"quadratic\"\nQ = {q}\nR = {r}\n",
+        if identity == "[[1.0]]" { "0.0" } else { "0.0, 0.0" }
+    )
+}
+
+/// 500 stage costs of about 100 are summed, and the budget is 1e-10 of them: in 60 digits a sensor achieves 207.12851 bits.
+#[test]
+fn a_lower_bound_is_below_what_is_achieved_however_small_the_budget_is() {
+    let task = "title = \"x\"\n[model]\nkind = \"linear\"\nA = [[0.9]]\nB = [[0.1]]\nC = [[1.0]]\n[[tasks]]\nname = \"t\"\n\
+                steps = 500\ntime_step = 1.0\ninitial_state = [-99.0]\n\
+                noise = { initial = [[1e-8]], process = [[1e-8]], measurement = [[1.0]] }\n\
+                [[tasks.costs]]\nkind = \"state\"\nselect = [\"x1\"]\ntarget = [-100.0]\nweight = 1.0\n\
+                [[tasks.costs]]\nkind = \"control\"\nweight = 0.01\n";
+    let folder = Folder::with_task(task);
+    let found = folder.run(&["bound", "task.toml", "--cost", "49458.690490613044", "--json"]).json(0);
+    let lower = 500.0 * number(&found, "minimum_lower_bits_per_step");
+    assert!(lower > 206.0 && lower <= 207.128_505_36, "{lower}");
+    // The design costs more than D, if by little.
+    let remarks = found["remarks"].to_string();
+    assert!(!remarks.contains("because of rounding in its filter") && remarks.contains("own cost"), "{remarks}");
+}
+
+/// By 1e-7 of the budget less than measuring nothing costs: something must be measured, if hardly anything.
+#[test]
+fn a_cost_just_below_that_of_measuring_nothing_needs_a_sensor() {
+    let folder = Folder::with_task(linear("[[1.0]]", "[[1.0]]", "[[1.0]]", "[[1.0]]", "[[1.0]]", 4));
+    let all = folder.run(&["bound", "task.toml", "--cost", "1e9", "--json"]).json(0);
+    let (least, open) = (number(&all, "minimum_cost"), number(&all, "open_loop_cost"));
+    for share in [1e-3, 1e-5, 1e-7] {
+        let cost = least + (open - least) * (1.0 - share);
+        let found = folder.run(&["bound", "task.toml", "--cost", &format!("{cost:?}"), "--json"]).json(0);
+        assert!(number(&found, "achieved_cost") <= cost * (1.0 + 1e-12), "{share}: {found}");
+        let (lower, bits) = (number(&found, "minimum_lower_bits_per_step"), number(&found, "minimum_bits_per_step"));
+        assert!(lower > 0.9 * bits && number(&found, "achieved_bits_per_step") >= lower, "{share}: {lower} {bits}");
+        assert!(found["virtual_sensor"]["rank"].as_u64().unwrap() > 0, "{share}");
+    }
+}
+
+/// An integrator that hardly costs anything: its cost without measurements grows for ever, and what is measured is little.
+#[test]
+fn texts_say_what_is_so() {
+    let damped = linear(
+        "[[1.0, 0.003], [0.0, 0.9985]]",
+        "[[0.0], [0.003]]",
+        "[[0.0, 0.0], [0.0, 3e-5]]",
+        "[[0.003, 0.0], [0.0, 0.0]]",
+        "[[3e-5]]",
+        20,
+    );
+    let run = Folder::with_task(damped).run(&["bound", "task.toml", "--stationary", "--cost", "1.2076403"]);
+    let (code, page) = run.quiet();
+    assert!(code == Some(0) && !page.contains("without measurements.") && page.contains("unbounded"), "{page}");
+    // A state that grows and never costs anything.
+    let free = linear("[[1.1]]", "[[1.0]]", "[[1.0]]", "[[0.0]]", "[[1.0]]", 20);
+    let found = Folder::with_task(free).run(&["bound", "task.toml", "--stationary", "--cost", "1", "--json"]).json(0);
+    assert_eq!(number(&found, "open_loop_cost"), 0.0);
+    // Costs of any size, and the least one itself.
+    let walk = Folder::with_task(linear("[[1.0]]", "[[1.0]]", "[[1.0]]", "[[1.0]]", "[[1.0]]", 4));
+    let least = number(&walk.run(&["bound", "task.toml", "--cost", "1e9", "--json"]).json(0), "minimum_cost");
+    let error = walk.run(&["bound", "task.toml", "--cost", &format!("{least:?}")]);
+    assert!(error.error().contains("no finite information achieves"), "{error:?}");
+    let error = walk.run(&["bound", "task.toml", "--cost", &format!("{:?}", least.next_up())]);
+    assert!(error.error().contains("by no more than rounding"), "{error:?}");
+    let page = walk.run(&["bound", "task.toml", "--stationary", "--cost", "1e300"]);
+    assert!(page.stdout.lines().chain(page.stderr.lines()).all(|line| line.len() < 250), "{page:?}");
+}
+
+/// A state that hardly couples to the cost needs 1e-9 bits or less, of which little is proved: that is said, and the exit code
+/// says it too.
+#[test]
+fn a_minimum_far_above_what_is_proved_is_not_certified() {
+    let weak = linear(
+        "[[0.5, 0.0001], [0.0, 1.0]]",
+        "[[1.0, 0.0], [0.0, 1.0]]",
+        "[[1.0, 0.0], [0.0, 1.0]]",
+        "[[1.0, 0.0], [0.0, 0.0]]",
+        "[[1.0, 0.0], [0.0, 1.0]]",
+        20,
+    );
+    let folder = Folder::with_task(weak);
+    let mut last = f64::INFINITY;
+    for (cost, code) in [("1.2", 0), ("2", 0), ("1133.9", 1)] {
+        let found = folder.run(&["bound", "task.toml", "--stationary", "--cost", cost, "--json"]).json(code);
+        let bits = number(&found, "minimum_bits_per_step");
+        assert!(bits > 0.0 && bits < last, "{cost}: {bits} {last}");
+        last = bits;
+    }
+    let run = folder.run(&["bound", "task.toml", "--stationary", "--cost", "1133.9"]);
+    let (code, page) = run.quiet();
+    assert!(code == Some(1) && page.contains("NOT ") && !page.contains("Certified"), "{page}");
+}

@@ -117,6 +117,10 @@ impl Job for Factor<'_> {
             }
             if t > 0 {
                 band.take_coupling::<L>(t);
+                // What was cut short is none.
+                if halt::is_requested() {
+                    return Err(t);
+                }
             }
             let (n, stride) = (band.orders[t], band.blocks[t].stride());
             let rows = ViewMut::new(band.blocks[t].at_mut(0), stride);
@@ -142,6 +146,9 @@ impl Band {
         let (before_stride, stride) = (before.stride(), now.stride());
         let (x, out) = (before.at(0), now.at_mut(0));
         for i in (0..n).step_by(LANES) {
+            if halt::is_requested() {
+                return;
+            }
             let (left, rows) = (Left::transposed(&x[from + i..], before_stride), LANES.min(n - i));
             let taken = |from: usize, width: usize| {
                 let right = View::new(&x[from..], before_stride);

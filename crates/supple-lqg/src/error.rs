@@ -22,7 +22,7 @@ pub enum Error {
     },
     /// An expected cost that no controller reaches.
     #[error(
-        "no controller achieves an expected cost of {cost:?}: with the state known exactly the cost is {least:?}; choose a larger cost"
+        "no finite information achieves an expected cost of {cost:?}: with the state known exactly the least cost is {least:?}; choose a larger cost"
     )]
     CostBelowLeast {
         /// The cost asked for.

@@ -7,8 +7,8 @@ mod another_filter;
 use another_filter::filtered;
 use nalgebra::{DMatrix, DVector};
 use supple_lqg::bound::{
-    BoundSettings, MinimumInformation, Proof, Spread, Stationary, minimum_information, minimum_information_within,
-    own_rates, regulator_distance, stationary_minimum,
+    BoundSettings, MinimumInformation, Proof, Spread, Stationary, StationaryMinimum, minimum_information,
+    minimum_information_within, own_rates, regulator_distance, stationary_minimum,
 };
 use supple_lqg::dense::{dense, store};
 use supple_lqg::{Dimensions, Horizon, Knots, Matrices, Noise, Policy, Regularisation, solve_riccati};
@@ -70,7 +70,7 @@ impl System {
         let mut policy = Policy::zeros(knots.dimensions, steps);
         solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
         let rounded = Horizon::along(&knots, &policy, &noise, 0.0).base_cost;
-        (rounded, Horizon::proved(&knots, &policy, &noise, 0.0).unwrap())
+        (rounded, Horizon::proved(&knots, &policy, &noise, 0.0, 0.0).unwrap())
     }
 
     /// In the steady state, with a regulator that is proved but for rounding.
@@ -191,7 +191,7 @@ fn a_control_at_its_limit_moves_nothing() {
     let (knots, noise) = system.knots(steps);
     let mut policy = Policy::zeros(knots.dimensions, steps);
     policy.clamped.fill(true);
-    let (horizon, _) = Horizon::proved(&knots, &policy, &noise, 1.0).unwrap();
+    let (horizon, _) = Horizon::proved(&knots, &policy, &noise, 1.0, 0.0).unwrap();
     let (mut covariance, mut free) = (DMatrix::identity(2, 2), 1.0);
     for t in 0..=steps {
         free += (&system.q * &covariance).trace();
@@ -207,7 +207,7 @@ fn a_cost_that_is_not_convex_has_no_law() {
     let system = System { r: of(1, &[-9.0]), ..with_zero(0.5, 0.1) };
     let (knots, noise) = system.knots(5);
     let policy = Policy::zeros(knots.dimensions, 5);
-    let reason = Horizon::proved(&knots, &policy, &noise, 0.0).unwrap_err();
+    let reason = Horizon::proved(&knots, &policy, &noise, 0.0, 0.0).unwrap_err();
     assert!(reason.contains("not convex"), "{reason}");
 }
 
@@ -348,4 +348,158 @@ fn an_autoregression_of_three_terms() {
     let (loose, tight) = (attained(&stationary, 1.0, 3000), attained(&stationary, 0.2, 3000));
     // To know the signal for a tenth of its variance takes about 1/2 log 10 nats more.
     assert!(loose > 0.1 && tight > loose + 0.5, "{loose} {tight}");
+}
+
+/// The rows of masses on springs, pulled by a force on the first one, after steps by the exponential of the equations of
+/// motion: where all of them are counts for nothing, but for the last digit of a decimal.
+#[test]
+fn masses_that_float_freely_need_no_information_about_where_they_are() {
+    let a = of(
+        4,
+        &[
+            0.999_800_209_837_899_2,
+            0.000_199_790_162_100_791_05,
+            0.009_989_344_344_908_17,
+            1.065_565_509_182_882_4e-5,
+            9.989_508_105_039_549e-5,
+            0.999_900_104_918_949_7,
+            5.327_827_545_914_412e-6,
+            0.009_994_672_172_454_084,
+            -0.039_936_066_069_449_02,
+            0.039_936_066_069_449_03,
+            0.997_803_406_534_426_8,
+            0.002_196_593_465_573_242_4,
+            0.019_968_033_034_724_508,
+            -0.019_968_033_034_724_51,
+            0.001_098_296_732_786_621_2,
+            0.998_901_703_267_213_4,
+        ],
+    );
+    let b = of(
+        4,
+        &[4.996_502_701_679_85e-5, 1.748_649_160_074_740_7e-8, 0.009_989_344_344_908_17, 5.327_827_545_914_41e-6],
+    );
+    let mut w = DMatrix::zeros(4, 4);
+    (w[(2, 2)], w[(3, 3)]) = (1e-4, 1e-4);
+    let mut q = DMatrix::zeros(4, 4);
+    q.view_mut((0, 0), (2, 2)).copy_from(&of(2, &[1.0, -1.0, -1.0, 1.0]));
+    let system = System { a, b, w, q, r: of(1, &[0.1]) };
+    let stationary = system.stationary();
+    assert_eq!((stationary.costly.rows(), stationary.unpriced.cols()), (2, 2));
+    // Where they are is not known in the end, at no cost.
+    let open = stationary.unmeasured_cost().unwrap().unwrap();
+    assert!(open > 2.0 * stationary.base_cost && open < 3.0 * stationary.base_cost, "{open}");
+    assert_eq!(attained(&stationary, 1.01 * open, 0), 0.0);
+    let (few, more) = (1.05 * stationary.base_cost, 1.5 * stationary.base_cost);
+    let (dear, cheap) = (attained(&stationary, few, 0), attained(&stationary, more, 0));
+    assert!(dear > cheap && cheap > 1e-3, "{dear} {cheap}");
+    // The stretch alone, as a system of its own.
+    let found = stationary_minimum(&stationary, more, &BoundSettings::default()).unwrap();
+    let sensor = found.virtual_sensor();
+    for row in 0..sensor.rank {
+        let c = |i: usize| sensor.measurement.get(0, row, i);
+        assert!((c(0) + c(1)).abs() < 1e-9 * c(0).abs() && (c(2) + c(3)).abs() < 1e-9 * c(2).abs().max(c(0).abs()));
+    }
+}
+
+/// What less cost takes is enough for more: the minimum does not rise with the cost, however small it is.
+#[test]
+fn a_minimum_far_below_the_gap_falls_with_the_cost() {
+    let system = System {
+        a: of(2, &[0.5, 1e-4, 0.0, 1.0]),
+        b: DMatrix::identity(2, 2),
+        w: DMatrix::identity(2, 2),
+        q: of(2, &[1.0, 0.0, 0.0, 0.0]),
+        r: DMatrix::identity(2, 2),
+    };
+    let stationary = system.stationary();
+    let at = |cost: f64| stationary_minimum(&stationary, cost, &BoundSettings::default()).unwrap();
+    let found: Vec<MinimumOf> = [1.2, 2.0, 3.27, 20.0, 1133.9].into_iter().map(|cost| of_minimum(&at(cost))).collect();
+    assert!(found.windows(2).all(|pair| pair[1].nats < pair[0].nats), "{found:?}");
+    assert!(found.iter().all(|one| one.nats > 0.0 && one.lower <= one.nats), "{found:?}");
+    assert!(found[1].nats < 3.1e-8 && found[1].lower > 0.99 * found[1].nats, "{found:?}");
+    assert!(found[4].nats < 3e-11, "{found:?}");
+    // What is far from proved is not.
+    assert!(found.iter().all(|one| one.lower > 0.0 || !one.proved), "{found:?}");
+}
+
+#[derive(Debug)]
+struct MinimumOf {
+    nats: f64,
+    lower: f64,
+    proved: bool,
+}
+
+fn of_minimum(found: &StationaryMinimum) -> MinimumOf {
+    let proved = matches!(found.proof, Proof::Proved { .. });
+    MinimumOf { nats: found.nats, lower: found.lower_nats, proved }
+}
+
+/// A point mass, sampled 10 000 times per second, at costs of which some were refused: at each the rate is that of
+/// continuous time, which falls as the fourth root of the cost.
+#[test]
+fn fast_sampling_of_an_integrator_at_any_cost() {
+    let system = System {
+        a: of(2, &[1.0, 1e-4, 0.0, 1.0]),
+        b: of(2, &[0.0, 1e-4]),
+        w: of(2, &[0.0, 0.0, 0.0, 1e-6]),
+        q: of(2, &[1e-4, 0.0, 0.0, 0.0]),
+        r: of(1, &[1e-6]),
+    };
+    let stationary = system.stationary();
+    let mut last = f64::INFINITY;
+    for times in [1.03, 3.0, 21.0, 31.0, 101.0, 1001.0] {
+        let cost = times * stationary.base_cost;
+        let found = stationary_minimum(&stationary, cost, &BoundSettings::default()).unwrap();
+        assert!(matches!(found.proof, Proof::Proved { .. }), "{times}: {:?}", found.proof);
+        assert!(found.lower_nats > 0.999 * found.nats && found.nats < last, "{times}: {found:?}");
+        last = found.nats;
+    }
+}
+
+/// A state that is coupled so weakly that its price settles after 10^12 steps, and one that disturbs what a free control
+/// cancels: both regulators exist, and what they price is paid.
+#[test]
+fn weak_couplings_and_free_controls_have_regulators_that_are_proved() {
+    let weak = |coupling: f64, growth: f64| System {
+        a: of(2, &[0.5, coupling, 0.0, growth]),
+        b: DMatrix::identity(2, 2),
+        w: DMatrix::identity(2, 2),
+        q: of(2, &[1.0, 0.0, 0.0, 0.0]),
+        r: DMatrix::identity(2, 2),
+    };
+    // u = -diag(.25, .5) x costs 1.4667.
+    let stationary = weak(1e-12, 1.0).stationary();
+    assert!(stationary.base_cost < 1.4667 && stationary.base_cost > 1.1, "{}", stationary.base_cost);
+    weak(1e-14, 1.05).stationary();
+    let cancelled = System {
+        a: of(3, &[1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0]),
+        b: of(3, &[0.0, 1.0, 0.0]),
+        w: DMatrix::identity(3, 3),
+        q: of(3, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        r: of(1, &[0.0]),
+    };
+    let stationary = cancelled.stationary();
+    assert!((stationary.base_cost - 3.0).abs() < 1e-12, "{}", stationary.base_cost);
+    // By a semidefinite program: 1.360996 bits.
+    let bits = attained(&stationary, 6.0, 0) / std::f64::consts::LN_2;
+    assert!((bits - 1.360_996).abs() < 1e-6, "{bits}");
+}
+
+/// A horizon whose least cost is known to 1e-10 of it: the bound is that of the least budget that there may be.
+#[test]
+fn what_a_plan_costs_is_known_only_up_to_rounding() {
+    let system = System { r: of(1, &[0.3]), ..with_zero(2.0, 0.1) };
+    let (knots, noise) = system.knots(8);
+    let mut policy = Policy::zeros(knots.dimensions, 8);
+    solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+    let of = |rounding: f64| Horizon::proved(&knots, &policy, &noise, 1e6, rounding).unwrap();
+    let ((exact, _), (same, spread)) = (of(0.0), of(1e-4));
+    assert!((exact.base_cost - same.base_cost).abs() < 1e-8 && spread.least.iter().all(|off| *off >= 1e-4));
+    let cost = exact.base_cost + 0.1 * (exact.unmeasured().cost - exact.base_cost);
+    let settings = BoundSettings::default();
+    let sharp = minimum_information(&exact, cost, &settings).unwrap();
+    let found = minimum_information_within(&same, &spread, cost, &settings).unwrap();
+    let more = minimum_information(&exact, cost + 1e-4, &settings).unwrap();
+    assert!(found.lower_nats > 0.0 && found.lower_nats <= more.nats && more.nats < sharp.lower_nats, "{found:?}");
 }

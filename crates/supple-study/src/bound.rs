@@ -142,7 +142,10 @@ fn curve(bounding: &Bounding, report: &TaskBound, points: usize, watch: Watch) -
                     minimum_bits_per_step: found.minimum_bits_per_step,
                     minimum_lower_bits_per_step: found.minimum_lower_bits_per_step,
                     closed_form_bits_per_step: found.closed_form_bits_per_step,
-                    error: found.not_proved.map(|reason| format!("not proved: {reason}")),
+                    error: found
+                        .not_proved
+                        .map(|reason| format!("not proved: {reason}"))
+                        .or(found.not_certified.map(|reason| format!("not certified: {reason}"))),
                 },
                 Err(error) => CurvePoint {
                     cost,

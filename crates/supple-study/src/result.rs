@@ -133,7 +133,7 @@ impl StudyResult {
                 result.points.iter().all(found)
             }
             Self::Bound(result) => {
-                let proved = |task: &TaskBound| task.status.is_converged() && task.proved && task.is_finite();
+                let proved = |task: &TaskBound| task.status.is_converged() && task.is_certified() && task.is_finite();
                 let found = |curve: &Curve| curve.points.iter().all(|point| point.error.is_none());
                 result.report.tasks.iter().all(proved) && result.curves.iter().all(found)
             }

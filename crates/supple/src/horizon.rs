@@ -2,11 +2,13 @@
 
 use std::borrow::Cow;
 
+use supple_kernels::Scratch;
 use supple_lqg::bound::Spread;
 use supple_lqg::{Horizon, Knots, Noise, Policy, Regularisation, least_cost_rounding, solve_riccati};
 
 use crate::Error;
-use crate::plan::{Plan, PlanMode};
+use crate::plan::{Plan, PlanMode, VALID_STATIONARITY};
+use crate::problem::Task;
 
 /// The horizon of a plan's linearisation. A risk-sensitive plan gives its trajectory only: the prices are those of the law of
 /// least expected cost along it.
@@ -66,7 +68,7 @@ impl DespiteRounding {
         if off <= SAME_LEAST * least.abs() {
             return Self { horizon: Some(horizon), remark: None };
         }
-        let proved = proved_along(plan, &law, horizon, noise);
+        let proved = proved_along(plan, &law, horizon, noise, 0.0);
         match &proved.law {
             Err(reason) if off > UNSURE * least.abs() => {
                 let remark = format!(
@@ -91,20 +93,68 @@ const SAME_LEAST: f64 = 1e-9;
 ///
 /// # Errors
 /// Where there is no law.
-pub(crate) fn proved_horizon(plan: &Plan, noise: &Noise) -> Result<ProvedHorizon, Error> {
+pub(crate) fn proved_horizon(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise) -> Result<ProvedHorizon, Error> {
     let law = law_of(plan)?;
     let rounded = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
-    Ok(proved_along(plan, &law, rounded, noise))
+    Ok(proved_along(plan, &law, rounded, noise, nominal_rounding(task, phi, plan)))
+}
+
+/// How far the cost of a plan may be from that of its controls, and, where it has converged, from that of the best controls
+/// about it: the rounding of each cost and of the sum, that of each step of the trajectory at the price of its state, and what
+/// the next step of the search would save.
+fn nominal_rounding(task: &Task, phi: &[f64], plan: &Plan) -> f64 {
+    let knots = &plan.knots;
+    let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());
+    // Each number is summed from about so many rounded ones.
+    let terms = (joint + 4) as f64 * f64::EPSILON;
+    let (states, controls) = (&plan.trajectory.states, &plan.trajectory.controls);
+    let mut scratch = Scratch::new();
+    let (mut sum, mut lost, mut off) = (0.0, 0.0, 0.0);
+    for t in 0..=steps {
+        let (x, u) = (states.at(t), if t < steps { controls.at(t) } else { &[][..] });
+        let cost = match t < steps {
+            true => task.system.stage_cost(t, &x[..n], &u[..joint - n], phi, &mut scratch),
+            false => task.system.final_cost(&x[..n], phi, &mut scratch),
+        };
+        // Knuth's sum: what rounding takes is known.
+        let next = sum + cost;
+        let part = next - sum;
+        lost += (sum - (next - part)) + (cost - part);
+        sum = next;
+        let z = |i: usize| if i < n { x[i].abs() } else { u[i - n].abs() };
+        let counted = if t < steps { joint } else { n };
+        let mut size = cost.abs();
+        for i in 0..counted {
+            let curved: f64 = (0..counted).map(|j| knots.cost.get(t, i, j).abs() * z(j)).sum();
+            size += z(i) * (knots.cost.get(t, i, joint).abs() + 0.5 * curved);
+        }
+        off += terms * size;
+        if t == steps {
+            break;
+        }
+        for i in 0..n {
+            let carried: f64 = (0..joint).map(|j| knots.dynamics.get(t, i, j).abs() * z(j)).sum();
+            off += terms * plan.costates.at(t + 1)[i].abs() * (carried + states.at(t + 1)[i].abs());
+        }
+        let saved = (n..joint).map(|i| {
+            let carried: f64 = (0..n).map(|k| knots.dynamics.get(t, k, i) * plan.policy.slope.at(t + 1)[k]).sum();
+            -0.5 * (knots.cost.get(t, i, joint) + carried) * plan.policy.feedforward.at(t)[i - n]
+        });
+        if plan.relative_stationarity <= VALID_STATIONARITY {
+            off += saved.sum::<f64>().abs();
+        }
+    }
+    off + (sum + lost - plan.nominal_cost).abs()
 }
 
 /// The same, given the law and its horizon in double precision.
-fn proved_along(plan: &Plan, law: &Policy, rounded: Horizon, noise: &Noise) -> ProvedHorizon {
+fn proved_along(plan: &Plan, law: &Policy, rounded: Horizon, noise: &Noise, nominal_rounding: f64) -> ProvedHorizon {
     let rounded_least = rounded.base_cost;
     let unproved = |law| ProvedHorizon { horizon: rounded, spread: Spread::default(), law, rounded_least };
     if plan.mode == PlanMode::Belief {
         return unproved(Ok(0.0));
     }
-    match Horizon::proved(&plan.knots, law, noise, plan.nominal_cost) {
+    match Horizon::proved(&plan.knots, law, noise, plan.nominal_cost, nominal_rounding) {
         Err(reason) => unproved(Err(reason)),
         Ok((horizon, spread)) => ProvedHorizon { law: Ok(spread.distance), horizon, spread, rounded_least },
     }

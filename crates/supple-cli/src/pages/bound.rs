@@ -64,14 +64,15 @@ fn summary(page: &mut String, task: &TaskBound) {
             number(100.0 * efficiency)
         );
     }
-    let _ = match &task.not_proved {
-        None => writeln!(
+    let _ = match (&task.not_proved, task.not_certified()) {
+        (None, Some(reason)) => writeln!(page, "The minimum is NOT CERTIFIED: {reason}."),
+        (None, None) => writeln!(
             page,
             "Certified by interval arithmetic at a dual point, {:.1e} bits per step below the minimum found in {} \
              Newton steps.",
             task.duality_gap_bits, task.newton_steps
         ),
-        Some(reason) => writeln!(page, "The lower bound is NOT PROVED: {reason}."),
+        (Some(reason), _) => writeln!(page, "The lower bound is NOT PROVED: {reason}."),
     };
     let _ = writeln!(page, "+1 in cost saves {} bits.", number(task.price_bits_per_cost));
     let _ = writeln!(
@@ -88,7 +89,12 @@ fn summary(page: &mut String, task: &TaskBound) {
 fn sensor(page: &mut String, task: &TaskBound) {
     let sensor = &task.virtual_sensor;
     if sensor.rank == 0 {
-        let _ = writeln!(page, "Virtual sensor: none; the cost limit is met without measurements.\n");
+        let why = match task.open_loop_cost {
+            Some(open) if open <= task.cost => "the cost limit is met without measurements",
+            _ if task.minimum_bits_per_step == 0.0 => "the cost limit is met without measurements",
+            _ => "none was found that keeps the cost limit",
+        };
+        let _ = writeln!(page, "Virtual sensor: none; {why}.\n");
         return;
     }
     let numbers = if sensor.rank == 1 { "number" } else { "numbers" };

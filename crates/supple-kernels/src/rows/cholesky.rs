@@ -4,7 +4,10 @@ use super::blocks::{load_block, store_block};
 use super::product::subtract_product;
 use super::solve::Block;
 use super::{FEW, Long, Rows, ViewMut, add_scaled, scale};
-use crate::{Job, LANES, Lanes, dispatch, math, padded};
+use crate::{Job, LANES, Lanes, dispatch, halt, math, padded};
+
+/// Factorisations of larger orders end once a stop is requested.
+const LARGE: usize = 1000;
 
 /// Factors a symmetric positive definite matrix in place: `a = U' U`, `U` upper triangular. The lower triangle is read, and `U`
 /// takes the place of the upper one; numbers below the diagonal of its blocks of eight by eight are lost.
@@ -166,6 +169,10 @@ impl Job for Factor<'_> {
         // SAFETY: `run` checked that there are `n` rows of `width` numbers, at least `padded(n)`.
         unsafe {
             while first < n {
+                // Large matrices take long.
+                if n > LARGE && halt::is_requested() {
+                    return Err(first);
+                }
                 let (size, at) = (LANES.min(n - first), a.add(first * (stride + 1)));
                 if given == Given::Lower {
                     raise::<L>(a, stride, first, n);

@@ -1,5 +1,5 @@
 use supple_kernels::rows::Rows;
-use supple_kernels::{Job, Lanes, dispatch};
+use supple_kernels::{Job, Lanes, dispatch, halt};
 
 use super::predict::{LEAST, Predict};
 use super::sequential::CorrectEach;
@@ -25,7 +25,7 @@ use crate::shape::{Shape, by_length};
 /// not sufficient, for example with two sensors of very different precision, the square-root form is used (B.2d).
 ///
 /// # Errors
-/// Where `V` is not positive definite, or a number is not finite.
+/// Where `V` is not positive definite, or a number is not finite; of many states, where a stop is requested.
 pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
     dispatch(Sweep { knots, noise, belief })
 }
@@ -35,6 +35,9 @@ struct Sweep<'a> {
     noise: &'a Noise,
     belief: &'a mut Belief,
 }
+
+/// Filters of more states end once a stop is requested: their steps take long.
+const LARGE: usize = 32;
 
 /// Steps between two full checks that `Sigma` is positive semidefinite.
 const GUARD_INTERVAL: usize = 16;
@@ -58,6 +61,9 @@ fn sweep<L: Lanes, R: Rows>(knots: &Knots, noise: &Noise, belief: &mut Belief) -
     let suggested = if !R::CALLED { None } else { Carried::suggested(&knots.dynamics, LEAST) };
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
     for t in 0..=steps {
+        if knots.dimensions.states > LARGE && halt::is_requested() {
+            return Err(Error::Stopped);
+        }
         if t > 0 {
             let (from, w) = (t - 1, noise.process.at(t - 1));
             shape.part::<L, _>(Predict { shape, suggested, from, to: t, knots, w, belief });

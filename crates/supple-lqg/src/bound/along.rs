@@ -3,7 +3,7 @@
 use supple_kernels::{Matrices, halt, rows};
 
 use super::horizon::Horizon;
-use super::verify::{Along, AlongStep, Matrix, law};
+use super::verify::{Along, AlongStep, Interval, Matrix, law};
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::riccati::Policy;
@@ -41,11 +41,21 @@ pub struct Spread {
 
 impl Horizon {
     /// That along knots with the law of least expected cost, both computed and proved in as many digits as it takes, with
-    /// how far it may be off. Controls that the policy holds at a limit stay there.
+    /// how far it may be off. Controls that the policy holds at a limit stay there. The cost of the plan itself is within
+    /// `rounding` of `nominal_cost`.
     ///
     /// # Errors
     /// Why it is not proved.
-    pub fn proved(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Result<(Self, Spread), String> {
+    pub fn proved(
+        knots: &Knots,
+        policy: &Policy,
+        noise: &Noise,
+        nominal_cost: f64,
+        rounding: f64,
+    ) -> Result<(Self, Spread), String> {
+        if !(nominal_cost.is_finite() && rounding.is_finite()) {
+            return Err("rounding leaves the cost of the plan unknown".into());
+        }
         let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());
         let is_held = |t: usize, i: usize| i >= n && policy.clamped[t * (joint - n) + i - n];
         let of =
@@ -64,7 +74,7 @@ impl Horizon {
             steps: (0..steps).map(step).collect(),
             last: of(&knots.cost, steps, n, n),
             initial: of(&noise.initial, 0, n, n),
-            nominal: nominal_cost,
+            nominal: Interval::point(nominal_cost) + Interval { low: -rounding, high: rounding },
         };
         let found = law(&along, &halt::is_requested)?;
         let mut dynamics = Matrices::zeros(steps, n, n);

@@ -14,7 +14,7 @@ use super::sensor::sensors;
 use super::settings::{BoundSettings, BoundStatus};
 use super::size::Size;
 use super::solution::MinimumInformation;
-use super::start::{begin, start};
+use super::start::{COMPLEMENTARITIES, search_from, start};
 use super::virtual_sensor::VirtualSensor;
 use super::witness::Witness;
 use crate::Error;
@@ -31,6 +31,23 @@ const OF_USE: f64 = 0.5;
 
 /// The share of the gap asked for at which the search ends: the proof needs the rest.
 pub(super) const SHARE: f64 = 0.5;
+
+/// The share of the minimum that the gap should be at most, and the least gap that is worth a search, nats per decision.
+const FINE: f64 = 1e-3;
+const FINEST: f64 = 1e-14;
+
+/// Why a bound is not proved that comes to 0.
+pub(super) const LOST: &str = "it is lost to rounding";
+
+/// Whether the gap asked for is more than a small share of a minimum of so many nats per decision.
+pub(super) fn is_coarse(nats: f64, settings: &BoundSettings) -> bool {
+    settings.gap > FINE * nats && settings.gap > FINEST
+}
+
+/// The same with a gap that is a small share of it.
+pub(super) fn finer(nats: f64, settings: &BoundSettings) -> BoundSettings {
+    BoundSettings { gap: settings.gap.min((0.1 * FINE * nats).max(FINEST)), ..*settings }
+}
 
 /// The least directed information from state to control that any sensors and any controller need over `horizon` to
 /// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
@@ -71,6 +88,12 @@ pub fn minimum_information_within(
         Ok::<_, Error>(solution((horizon, spread), &chain, found, (cost, budget)))
     };
     let mut best = of(settings)?;
+    let rate = best.nats / horizon.steps() as f64;
+    if is_coarse(rate, settings)
+        && let Ok(again) = of(&finer(rate, settings))
+    {
+        best = best.beside(again);
+    }
     if best.lower_nats <= OF_USE * best.nats {
         // Farther from the boundary, where rounding is less beside what the proof has to see.
         let again = of(&BoundSettings { gap: WIDER * settings.gap, ..*settings });
@@ -85,7 +108,7 @@ pub fn minimum_information_within(
         return Err(Error::Stopped);
     }
     if best.lower_nats == 0.0 && best.nats > 0.0 && matches!(best.proof, Proof::Proved { .. }) {
-        best.proof = Proof::NotProved { reason: "it is lost to rounding".into() };
+        best.proof = Proof::NotProved { reason: LOST.into() };
     }
     Ok(best)
 }
@@ -105,15 +128,15 @@ pub(super) fn place(
     if let Some(found) = continued.filter(|found| found.status == BoundStatus::Converged) {
         return Ok((chain, found, budget));
     }
-    let first = start(&chain).and_then(|factors| begin(&chain, factors)).ok_or_else(|| Error::NoBound {
+    let factors = start(&chain).ok_or_else(|| Error::NoBound {
         what: "no feasible covariances were found".into(),
         advice: "scale the states to similar sizes, shorten the horizon, or increase the cost limit",
     })?;
-    let found = search(&chain, first, target, settings);
+    let found = search_from(&chain, &factors, &COMPLEMENTARITIES, target, settings);
     if halt::is_requested() {
         return Err(Error::Stopped);
     }
-    Ok((chain, certified(found)?, budget))
+    Ok((chain, certified(found, ADVICE)?, budget))
 }
 
 /// What the covariances may cost.
@@ -123,19 +146,27 @@ pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
         return Err(Error::NoBound { what, advice: "give a finite number" });
     }
     let budget = cost - least;
-    if budget <= LEAST_MARGIN * least.abs() || budget <= 0.0 {
+    if budget <= 0.0 {
         return Err(Error::CostBelowLeast { cost, least });
+    }
+    if budget <= LEAST_MARGIN * least.abs() {
+        return Err(Error::NoBound {
+            what: format!("it is above the least cost, {least:?}, by no more than rounding"),
+            advice: "choose a larger cost",
+        });
     }
     Ok(budget)
 }
 
+/// What may help over a horizon.
+const ADVICE: &str = "scale the states to similar sizes, shorten the horizon, or ask for a cost that is neither close to the \
+                      least one nor far beyond that of the design";
+
 /// A place with a certificate, or why there is none.
-pub(super) fn certified(found: Option<Found>) -> Result<Found, Error> {
-    found.filter(|found| found.gap.is_finite()).ok_or_else(|| Error::NoBound {
-        what: "rounding is larger than the gap that can be certified".into(),
-        advice: "scale the states to similar sizes, shorten the horizon, or ask for a cost that is neither close to the least \
-                 one nor far beyond that of the design",
-    })
+pub(super) fn certified(found: Option<Found>, advice: &'static str) -> Result<Found, Error> {
+    found
+        .filter(|found| found.gap.is_finite())
+        .ok_or_else(|| Error::NoBound { what: "rounding is larger than the gap that can be certified".into(), advice })
 }
 
 /// The covariances of no information at all, where these keep the cost.

@@ -11,6 +11,7 @@
 mod along;
 mod certificate;
 mod floors;
+mod free;
 mod horizon;
 mod interior;
 mod local;

@@ -150,6 +150,9 @@ fn control_nats(
     let c = dense(&knots.measurement, 0);
     let mut steps = CONTROL_STEPS[0];
     while steps <= CONTROL_STEPS[1] {
+        if halt::is_requested() {
+            return Err(Error::Stopped);
+        }
         let (mut knots, mut policy) = (Knots::zeros(size, steps), Policy::zeros(size, steps));
         for t in 0..=steps {
             store(&mut knots.measurement, t, &c);

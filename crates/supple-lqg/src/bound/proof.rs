@@ -47,6 +47,9 @@ const CONSISTENT: f64 = 1e-11;
 /// Points of the dual that prove so much of what was found need no other beside them.
 const ENOUGH: f64 = 1.0 - 1e-5;
 
+/// States that are left out as costing nothing may be coupled to others by so much, relatively.
+const LEFT_OUT: f64 = 1e-9;
+
 /// Points of the dual to prove a bound of so many nats with, one after the other while none is good enough.
 pub(super) struct Attempt<'a> {
     pub nats: f64,
@@ -135,8 +138,18 @@ impl Lower {
 /// How far, relatively, the cost given is from one for which the regulator of a system that does not change is exact;
 /// why it is none of it otherwise.
 pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
-    let (dynamics, cost) = (matrix(&dense(dynamics, 0)), matrix(&dense(cost, 0)));
-    steady_law_distance(&dynamics, &cost, &of(&system.price, 0), &halt::is_requested)
+    let (dynamics, cost, price) = (matrix(&dense(dynamics, 0)), matrix(&dense(cost, 0)), of(&system.price, 0));
+    let Some(quotient) = system.quotient() else {
+        return steady_law_distance(&dynamics, &cost, &price, &halt::is_requested);
+    };
+    let process = of(&system.process, 0);
+    let fewer = quotient.of(&dynamics, &cost, &process);
+    let left_out = quotient.distance(&fewer, &dynamics, &cost, &process).max(quotient.price_distance(&price));
+    if left_out > LEFT_OUT {
+        return Err(format!("states that should cost nothing are coupled to those that do by {left_out:.1e}"));
+    }
+    let price = quotient.price(&price);
+    Ok(steady_law_distance(&fewer.dynamics, &fewer.cost, &price, &halt::is_requested)?.max(left_out))
 }
 
 /// What sensors achieve, computed by their filter on the problem as given.

@@ -2,10 +2,11 @@
 
 use supple_kernels::{Matrices, halt};
 
+use super::free::costly;
 use super::horizon::Stationary;
-use super::verify::{Matrix, SteadyLaw, Unsettled, steady_law};
+use super::verify::{Matrix, Quotient, SteadyLaw, Unsettled, steady_law};
 use crate::Error;
-use crate::dense::{Dense, dense, semidefinite_root, store};
+use crate::dense::{Dense, congruence, dense, semidefinite_root, store};
 
 impl Stationary {
     /// That of `x+ = A x + B u + w`, `w` of covariance `process`, and the cost `1/2 z' L z` per step of `z = (x, u)`:
@@ -49,12 +50,55 @@ impl Stationary {
         store(&mut system, 0, &f.columns(0, n).into_owned());
         let mut unpriced = Matrices::constant(n, found.unpriced.ncols());
         store(&mut unpriced, 0, &found.unpriced);
-        Ok(Self { dynamics: system, process: process.clone(), price, base_cost: found.least, unpriced })
+        let mut costly = Matrices::constant(found.costly.nrows(), n);
+        store(&mut costly, 0, &found.costly);
+        Ok(Self { dynamics: system, process: process.clone(), price, base_cost: found.least, unpriced, costly })
+    }
+
+    /// In coordinates of the states that cost something beyond rounding, where there are others.
+    pub(super) fn quotient(&self) -> Option<Quotient> {
+        if self.costly.rows() == 0 {
+            return None;
+        }
+        Quotient::new(&matrix(&dense(&self.costly, 0)))
     }
 }
 
 /// The least-cost regulator of `x+ = F z + w`, `w` of covariance `process`, (theory, equation L.14).
 pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, Error> {
+    let n = dynamics.nrows();
+    let rows = costly(dynamics, cost, process);
+    let quotient = rows.as_ref().and_then(|rows| Quotient::new(&matrix(rows)));
+    let (Some(rows), Some(quotient)) = (rows, quotient) else { return all_of(dynamics, cost, process) };
+    let fewer = quotient.of(&matrix(dynamics), &matrix(cost), &matrix(process));
+    let of = |a: &Matrix| Dense::from_fn(a.rows, a.cols, |i, j| a.at(i, j));
+    let found = match all_of(&of(&fewer.dynamics), &of(&fewer.cost), &of(&fewer.process)) {
+        Err(Error::NoBound { .. }) => return all_of(dynamics, cost, process),
+        found => found?,
+    };
+    // What is left out, by columns, and what costs nothing of the others.
+    let kept = quotient.kept();
+    let others: Vec<usize> = (0..n).filter(|i| !kept.contains(i)).collect();
+    let place = |i: usize| kept.iter().position(|&kept| kept == i);
+    let unpriced =
+        Dense::from_fn(n, others.len() + found.unpriced.ncols(), |i, k| match (place(i), k < others.len()) {
+            (Some(row), true) => -rows[(row, others[k])],
+            (None, true) => f64::from(u8::from(i == others[k])),
+            (Some(row), false) => found.unpriced[(row, k - others.len())],
+            (None, false) => 0.0,
+        });
+    let back = rows.transpose();
+    Ok(Regulator {
+        s: congruence(&back, &found.s),
+        price: congruence(&back, &found.price),
+        least: found.least,
+        unpriced,
+        costly: rows,
+    })
+}
+
+/// The same of all states.
+fn all_of(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, Error> {
     let SteadyLaw { s, price, least, unpriced } =
         steady_law(&matrix(dynamics), &matrix(cost), &matrix(process), &halt::is_requested).map_err(
             |why| match why {
@@ -71,7 +115,7 @@ pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Resu
         )?;
     let n = dynamics.nrows();
     let of = |a: &Matrix| Dense::from_fn(n, a.cols, |i, j| a.at(i, j));
-    Ok(Regulator { s: of(&s), price: of(&price), least, unpriced: of(&unpriced) })
+    Ok(Regulator { s: of(&s), price: of(&price), least, unpriced: of(&unpriced), costly: Dense::zeros(0, n) })
 }
 
 /// What the optimal regulator costs.
@@ -84,6 +128,8 @@ pub(super) struct Regulator {
     pub least: f64,
     /// States that never cost anything, by columns.
     pub unpriced: Dense,
+    /// `R` of [`Stationary::costly`], r x n.
+    pub costly: Dense,
 }
 
 /// In the form that proofs read.

@@ -42,6 +42,13 @@ impl Worth {
     }
 }
 
+impl Worth {
+    /// That of `R x` as one of `x`.
+    pub fn among_all(&self, rows: &Dense) -> Self {
+        Self(self.0.iter().map(|worth| symmetric(rows.transpose() * worth * rows)).collect())
+    }
+}
+
 impl Sensitivity {
     pub(super) fn over_horizon(horizon: &Horizon, worth: &Worth, posterior: &Matrices, slope: f64) -> Self {
         let steps: Vec<(Dense, Option<&Dense>)> = (0..horizon.steps())

@@ -12,6 +12,10 @@ use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, solve_lowe
 /// most 7e-5 bits.
 const RANK_TOLERANCE: f64 = 1e-4;
 
+/// Below this ratios are not measured, unless they are at least this share of the largest at any decision.
+const LEAST_RATIO: f64 = 1e-6;
+const FAINT: f64 = 0.1;
+
 /// How much better than found sensors may have to be so that what they leave out costs nothing, as a factor of precision.
 const MOST_PRECISION: f64 = 1e3;
 
@@ -31,7 +35,11 @@ struct Corrected {
 
 /// The sensors of a place that was found, so precise that they keep the budget.
 pub(super) fn sensors(chain: &Chain, found: &Found) -> Vec<VirtualSensor> {
-    let mut reduced: Vec<Reduced> = (0..chain.stages.len()).map(|t| one(found, t)).collect();
+    // Where hardly anything is measured at any decision, what is measured most counts.
+    let largest =
+        found.local.iter().filter_map(|local| eigen(local.slack.clone())).map(|found| found.eigenvalues.max());
+    let faint = f64::min(LEAST_RATIO, FAINT * largest.fold(0.0, f64::max));
+    let mut reduced: Vec<Reduced> = (0..chain.stages.len()).map(|t| one(found, t, faint)).collect();
     let cost = |precision: f64| filter(chain, &reduced, precision).map(|(cost, _)| cost);
     let precision = enough(cost);
     for one in &mut reduced {
@@ -52,7 +60,7 @@ pub(super) fn sensors(chain: &Chain, found: &Found) -> Vec<VirtualSensor> {
 }
 
 /// In coordinates where `P` is the identity, `Pbar = U diag(1 + snr) U'`.
-fn one(found: &Found, t: usize) -> Reduced {
+fn one(found: &Found, t: usize, faint: f64) -> Reduced {
     let (local, factor) = (&found.local[t], &found.place.factors[t]);
     let n = factor.nrows();
     let Some(found) = eigen(local.slack.clone()) else {
@@ -60,8 +68,8 @@ fn one(found: &Found, t: usize) -> Reduced {
     };
     let ratios: Vec<f64> = found.eigenvalues.iter().map(|v| v.max(0.0)).collect();
     let largest = ratios.iter().fold(0.0f64, |a, &b| a.max(b));
-    let mut kept: Vec<usize> =
-        (0..n).filter(|&k| ratios[k] > RANK_TOLERANCE * largest.min(1.0) && ratios[k] > 1e-6).collect();
+    let least = f64::max(RANK_TOLERANCE * largest.min(1.0), faint);
+    let mut kept: Vec<usize> = (0..n).filter(|&k| ratios[k] > least).collect();
     kept.sort_by(|&a, &b| ratios[b].total_cmp(&ratios[a]));
     let mut measurement = found.eigenvectors.select_columns(&kept).transpose() * inverse_lower(factor);
     for (mut row, &k) in measurement.row_iter_mut().zip(&kept) {

@@ -1,6 +1,7 @@
 //! The steady covariance of a Kalman filter.
 
 use crate::dense::{Dense, congruence, symmetric};
+use supple_kernels::halt;
 
 /// Steps before their number is doubled, beside two for every state.
 const FIRST_STEPS: usize = 30;
@@ -22,6 +23,9 @@ pub(super) fn settled(a: &Dense, precision: &Dense, process: &Dense, start: &Den
     for _ in 0..RESTARTS {
         let mut first = found;
         for _ in 0..FIRST_STEPS + 2 * n {
+            if halt::is_requested() {
+                return None;
+            }
             first = step(a, precision, process, &first)?.0;
         }
         let (next, kept) = step(a, precision, process, &first)?;
@@ -48,6 +52,9 @@ fn doubled(mut a: Dense, mut g: Dense, q: Dense, beside: f64) -> Option<Dense> {
     let n = a.nrows();
     let mut h = q;
     for _ in 0..DOUBLINGS {
+        if halt::is_requested() {
+            return None;
+        }
         let lu = (Dense::identity(n, n) + &g * &h).lu();
         let (a_next, g_next) = (lu.solve(&a)?, lu.solve(&g)?);
         let more = symmetric(a.transpose() * &h * &a_next);

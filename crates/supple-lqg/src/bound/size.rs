@@ -9,7 +9,7 @@ use crate::Error;
 const UNASKED: f64 = 5e8;
 
 /// The memory that the Newton system may take, bytes.
-const MOST_BYTES: f64 = 8e9;
+const MOST_BYTES: f64 = 4e9;
 
 /// The size of the problem over a horizon: each decision has a symmetric matrix of unknowns.
 #[derive(Clone, Copy, Debug)]

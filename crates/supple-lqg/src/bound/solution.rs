@@ -7,6 +7,7 @@ use super::proof::{Achieved, Proof};
 use super::sensitivity::{Sensitivity, Worth};
 use super::settings::BoundStatus;
 use super::virtual_sensor::VirtualSensor;
+use crate::dense::{Dense, dense, store};
 
 /// The least directed information over a horizon at an expected cost, between two bounds.
 #[derive(Clone, Debug)]
@@ -68,7 +69,22 @@ pub struct StationaryMinimum {
     pub achieved: Option<Achieved>,
 }
 
+/// The share of a minimum below which a lower bound may be and is still as good as it.
+const TIGHT: f64 = 1e-2;
+
+/// Whether bounds are so close, or as close as counts in any case, nats.
+fn is_tight(nats: f64, lower_nats: f64) -> bool {
+    nats - lower_nats <= (TIGHT * nats).max(1e-15)
+}
+
 impl MinimumInformation {
+    /// The better bound of each side.
+    pub(super) fn beside(self, other: Self) -> Self {
+        let (lower_nats, proof) = better((self.lower_nats, &self.proof), (other.lower_nats, &other.proof));
+        let best = if other.nats <= self.nats && other.achieved.is_some() { other } else { self };
+        Self { nats: best.nats.max(lower_nats), lower_nats, proof, ..best }
+    }
+
     /// How the minimum changes with the numbers of its horizon (theory, equation L.32).
     #[must_use]
     pub fn sensitivity(&self, horizon: &Horizon) -> Sensitivity {
@@ -76,7 +92,61 @@ impl MinimumInformation {
     }
 }
 
+/// The greater of two lower bounds, one that is proved if any is.
+fn better(one: (f64, &Proof), other: (f64, &Proof)) -> (f64, Proof) {
+    let is_proved = |proof: &Proof| matches!(proof, Proof::Proved { .. });
+    let first = is_proved(one.1) && (one.0 >= other.0 || !is_proved(other.1)) || !is_proved(other.1);
+    let (nats, proof) = if first { one } else { other };
+    (nats, proof.clone())
+}
+
 impl StationaryMinimum {
+    /// The better bound of each side.
+    pub(super) fn beside(self, other: Self) -> Self {
+        let (lower_nats, proof) = better((self.lower_nats, &self.proof), (other.lower_nats, &other.proof));
+        let best = if other.nats <= self.nats && other.achieved.is_some() { other } else { self };
+        Self { nats: best.nats.max(lower_nats), lower_nats, proof, ..best }
+    }
+
+    /// Whether the bounds are close to each other, and the sensor keeps what it should.
+    pub(super) fn is_tight(&self) -> bool {
+        is_tight(self.nats, self.lower_nats) && matches!(self.proof, Proof::Proved { .. })
+    }
+
+    /// That of `R x`, the identity in the states `kept`, as one of `x`: the other states are where these are with the least
+    /// uncertainty.
+    pub(super) fn among_all(self, rows: &Dense, kept: &[usize]) -> Self {
+        let n = rows.ncols();
+        let place = |i: usize| kept.iter().position(|&kept| kept == i);
+        let covariance = |of: &Matrices| {
+            let (of, mut out) = (dense(of, 0), Matrices::constant(n, n));
+            let entry = |i: usize, j: usize| place(i).zip(place(j)).map_or(0.0, |at| of[at]);
+            store(&mut out, 0, &Dense::from_fn(n, n, entry));
+            out
+        };
+        let sensor = VirtualSensor {
+            measurement: {
+                let mut out = Matrices::zeros(1, self.sensor.rank, n);
+                store(&mut out, 0, &(dense(&self.sensor.measurement, 0) * rows));
+                out
+            },
+            gain: {
+                let (gain, mut out) = (dense(&self.sensor.gain, 0), Matrices::zeros(1, n, self.sensor.rank));
+                let entry = |i: usize, k: usize| place(i).map_or(0.0, |row| gain[(row, k)]);
+                store(&mut out, 0, &Dense::from_fn(n, self.sensor.rank, entry));
+                out
+            },
+            ..self.sensor
+        };
+        Self {
+            predicted: covariance(&self.predicted),
+            posterior: covariance(&self.posterior),
+            worth: self.worth.among_all(rows),
+            sensor,
+            ..self
+        }
+    }
+
     /// The sensor that attains it.
     pub fn virtual_sensor(&self) -> VirtualSensor {
         self.sensor.clone()

@@ -1,32 +1,37 @@
 //! Where searches begin: every coordinate measured just well enough to keep about half of the budget.
 
+use super::interior::{Found, search};
 use super::local::{Place, slack_of_budget};
 use super::reduce::Chain;
+use super::settings::BoundSettings;
 use crate::dense::{Dense, cholesky, congruence, inverse_lower, solve_lower, symmetric};
-use supple_kernels::math;
+use supple_kernels::{halt, math};
 
-/// The complementarity at the start, nats.
-const FIRST_COMPLEMENTARITY: f64 = 0.3;
+/// Complementarities at the start, nats: the first, and those that are tried where the search from it ends without a bound, as
+/// where the minimum is far below.
+pub(super) const COMPLEMENTARITIES: [f64; 4] = [0.3, 3e-3, 3e-5, 3e-8];
 
 /// Logarithms of variances that are tried, and how far these are apart.
 const VARIANCES: (f64, f64) = (80.0, 2.0);
 
 /// Covariances with multipliers that make every complementarity the same; `None` where these are not strictly inside.
-pub(super) fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
-    let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: FIRST_COMPLEMENTARITY };
+pub(super) fn begin(chain: &Chain, factors: Vec<Dense>, complementarity: f64) -> Option<Place> {
+    let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: complementarity };
     let local = place.localise(chain)?;
     for at in &local {
         let half = inverse_lower(&at.slack_factor);
-        place.multipliers.push(symmetric(half.transpose() * half) * FIRST_COMPLEMENTARITY);
+        place.multipliers.push(symmetric(half.transpose() * half) * complementarity);
     }
     let left = slack_of_budget(&local);
-    place.price = FIRST_COMPLEMENTARITY / left;
+    place.price = complementarity / left;
     (left > 0.0).then_some(place)
 }
 
 /// A start inside: all coordinates measured just well enough to keep about half of the budget.
 pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
-    inside(|variance| measured(chain, variance).filter(|(factors, _)| begin(chain, factors.clone()).is_some()))
+    inside(|variance| {
+        measured(chain, variance).filter(|(factors, _)| begin(chain, factors.clone(), COMPLEMENTARITIES[0]).is_some())
+    })
 }
 
 /// Factors `g_t` of the covariances `p_t = g_t g_t'` once every reduced coordinate has been measured with a noise of
@@ -53,12 +58,33 @@ pub(super) fn once_measured(predicted: &Dense, variance: f64) -> Option<Dense> {
     Some(symmetric(root.transpose() * root))
 }
 
+/// The search from a start inside: from the first complementarity that leads to a bound.
+pub(super) fn search_from(
+    chain: &Chain,
+    factors: &[Dense],
+    complementarities: &[f64],
+    target: f64,
+    settings: &BoundSettings,
+) -> Option<Found> {
+    let mut found = None;
+    for &complementarity in complementarities {
+        found =
+            begin(chain, factors.to_vec(), complementarity).and_then(|first| search(chain, first, target, settings));
+        if found.as_ref().is_some_and(|found: &Found| found.gap.is_finite()) || halt::is_requested() {
+            break;
+        }
+    }
+    found
+}
+
 /// What `measured` gives for a variance at which the share of the budget that it says too is about a half, or else for
 /// one at which it is below 1. It may say nothing where the variance is so large that covariances grow without limit,
 /// and where it is so small that only rounding is left of them.
 pub(super) fn inside<T>(measured: impl Fn(f64) -> Option<(T, f64)>) -> Option<T> {
     let (most, step) = VARIANCES;
-    let kept = |log: f64| measured(math::exp(log)).filter(|(_, cost)| *cost <= 0.7);
+    let kept = |log: f64| {
+        if halt::is_requested() { None } else { measured(math::exp(log)).filter(|(_, cost)| *cost <= 0.7) }
+    };
     let mut low = 0.0;
     let mut best = kept(low);
     while best.is_none() && low > -most {

@@ -1,21 +1,24 @@
 //! The least directed information per step where nothing changes over time.
 
-use supple_kernels::Matrices;
+use supple_kernels::{Matrices, halt, math};
 
 use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
-use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
+use super::minimum::{LEAST_MARGIN, LOST, SHARE, budget, certified, finer, is_coarse};
+use super::nearby::Nearby;
 use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, Stage, measured_root, reach};
+use super::regulator::matrix;
 use super::sensitivity::Worth;
 use super::sensor::sensors;
 use super::settings::{BoundSettings, BoundStatus};
 use super::settle::settled;
 use super::solution::StationaryMinimum;
-use super::start::{begin, inside, once_measured};
+use super::start::{COMPLEMENTARITIES, inside, once_measured, search_from};
 use super::subspace::{GROWTH, complement, invariant_hull, observed, range, seen_states, unit_columns, unstable};
 use super::units::InUnits;
+use super::verify::Matrix;
 use super::virtual_sensor::VirtualSensor;
 use super::witness::{Witness, WitnessStep};
 use super::zeros::{lasting, moduli};
@@ -32,6 +35,21 @@ const POLISHING: usize = 10;
 const MOST_PRECISION: f64 = 1e6;
 const PRECISION_STEPS: usize = 20;
 
+/// The same of how much less precise, where it costs less than the budget by more than this share of it.
+const LEAST_PRECISION: f64 = 1e-9;
+const SPARE: f64 = 1e-3;
+
+/// Shares of the budget at which the search is repeated where the minimum is not certain from that at the budget itself: what
+/// less cost takes is enough for more.
+const SHARES: [f64; 6] = [0.5, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
+
+/// By how much more the cost is at the next search that follows one.
+const FARTHER: f64 = 2.0;
+
+/// How many searches are repeated of systems of many states, of which each takes long.
+const MANY: usize = 20;
+const FEW: usize = 1;
+
 /// The least directed information per step that any sensors and any controller need to keep an expected cost per step
 /// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
 ///
@@ -46,7 +64,9 @@ pub fn stationary_minimum(
     settings: &BoundSettings,
 ) -> Result<StationaryMinimum, Error> {
     system.check()?;
-    let n = system.dynamics.rows();
+    if let Some((fewer, rows, kept)) = system.fewer() {
+        return Ok(stationary_minimum(&fewer, cost, settings)?.among_all(&rows, &kept));
+    }
     // Where nothing need be known, the least cost itself can be kept.
     let stage = reduce(system, 1.0)?;
     if let Some(covariance) = without_sensors(&stage) {
@@ -56,13 +76,101 @@ pub fn stationary_minimum(
         }
     }
     let budget = budget(cost, system.base_cost)?;
+    let mut seeking = Seeking { system, cost, budget, settings, best: Err(Error::Stopped), near: None };
+    seeking.at(1.0, &COMPLEMENTARITIES);
+    if seeking.best.as_ref().is_ok_and(|found| is_coarse(found.nats, settings)) {
+        seeking.at(1.0, &COMPLEMENTARITIES);
+    }
+    seeking.from_elsewhere(if stage.price.nrows() > MANY { FEW } else { usize::MAX });
+    let best = seeking.best;
+    if halt::is_requested() {
+        return Err(Error::Stopped);
+    }
+    let mut best = best?;
+    if best.lower_nats == 0.0 && best.nats > 0.0 && matches!(best.proof, Proof::Proved { .. }) && !best.is_tight() {
+        best.proof = Proof::NotProved { reason: LOST.into() };
+    }
+    Ok(best)
+}
+
+/// A search for the minimum from several places.
+struct Seeking<'a> {
+    system: &'a Stationary,
+    cost: f64,
+    budget: f64,
+    settings: &'a BoundSettings,
+    /// The best bounds so far, or why there are none.
+    best: Result<StationaryMinimum, Error>,
+    /// On the way to what was found last.
+    near: Option<Nearby>,
+}
+
+impl Seeking<'_> {
+    /// With the covariances of a share of the budget, from these starts; whether the search got to its end.
+    fn at(&mut self, share: f64, starts: &[f64]) -> bool {
+        let finer = self.best.as_ref().map_or(*self.settings, |found| finer(found.nats, self.settings));
+        let found = match halt::is_requested() {
+            true => Err(Error::Stopped),
+            false => at(self.system, self.cost, share * self.budget, (starts, &mut self.near), &finer),
+        };
+        let ended = found.as_ref().is_ok_and(|found| found.status == BoundStatus::Converged);
+        let before = std::mem::replace(&mut self.best, Err(Error::Stopped));
+        self.best = match (before, found) {
+            (Ok(before), Ok(found)) => Ok(before.beside(found)),
+            (Err(Error::Stopped), found) | (_, found @ Ok(_)) => found,
+            (before, Err(_)) => before,
+        };
+        ended
+    }
+
+    fn is_over(&self) -> bool {
+        halt::is_requested() || self.best.as_ref().is_ok_and(StationaryMinimum::is_tight)
+    }
+
+    /// From other starts, at less cost, and from there at more and more; so many searches at most.
+    fn from_elsewhere(&mut self, most: usize) {
+        let starts = (1..COMPLEMENTARITIES.len()).map(|from| (1.0, &COMPLEMENTARITIES[from..=from]));
+        let shares = SHARES.into_iter().map(|share| (share, &COMPLEMENTARITIES[..]));
+        let mut climbs = most > FEW;
+        for (mut share, starts) in starts.chain(shares).take(most) {
+            if self.is_over() {
+                break;
+            }
+            self.near = None;
+            let mut ended = self.at(share, starts);
+            while climbs && ended && share < 1.0 && !self.is_over() {
+                share = (FARTHER * share).min(1.0);
+                ended = self.at(share, &[]);
+                climbs = ended;
+            }
+        }
+    }
+}
+
+/// What is found with the covariances of a share of the budget.
+fn at(
+    system: &Stationary,
+    cost: f64,
+    budget: f64,
+    (starts, near): (&[f64], &mut Option<Nearby>),
+    settings: &BoundSettings,
+) -> Result<StationaryMinimum, Error> {
+    let n = system.dynamics.rows();
     let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
-    let first =
-        start(&chain.stages[0]).and_then(|factors| begin(&chain, vec![factors])).ok_or_else(|| Error::NoBound {
+    let target = SHARE * settings.gap;
+    let mut found = match starts {
+        [] => near.as_ref().and_then(|near| search(&chain, near.place(&chain, budget)?, target, settings)),
+        _ => None,
+    };
+    if !starts.is_empty() {
+        let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
             what: "no covariances were found that keep it".into(),
             advice: "scale the states to similar sizes, or ask for a larger cost",
         })?;
-    let found = certified(search(&chain, first, SHARE * settings.gap, settings))?;
+        found = search_from(&chain, &[factors], starts, target, settings);
+    }
+    let found = certified(found, STEADY_ADVICE)?;
+    *near = Nearby::of(&chain, &found, budget);
     let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
     let root = &chain.stages[0].basis * &found.place.factors[0];
     store(&mut posterior, 0, &symmetric(&root * root.transpose()));
@@ -96,7 +204,50 @@ pub fn stationary_minimum(
     })
 }
 
-/// A sensor with its gain and what it achieves, made so much more precise that it keeps the cost by a filter of many digits,
+/// Of costs that are hard to find a minimum at.
+const STEADY_ADVICE: &str =
+    "scale the states to similar sizes, or ask for a cost that is neither close to the least one nor far beyond it";
+
+impl Stationary {
+    /// The system nearby of the states that cost something beyond rounding, with `R` and the states that these are.
+    fn fewer(&self) -> Option<(Self, Dense, Vec<usize>)> {
+        let quotient = self.quotient()?;
+        let (n, rows) = (self.dynamics.rows(), dense(&self.costly, 0));
+        let zero = Dense::zeros(n, n);
+        let found = quotient.of(&matrix(&dense(&self.dynamics, 0)), &matrix(&zero), &matrix(&dense(&self.process, 0)));
+        let price = quotient.price(&matrix(&dense(&self.price, 0)));
+        let of = |a: &Matrix| {
+            let mut out = Matrices::constant(a.rows, a.cols);
+            store(&mut out, 0, &Dense::from_fn(a.rows, a.cols, |i, j| a.at(i, j)));
+            out
+        };
+        let unpriced = &rows * dense(&self.unpriced, 0);
+        let some: Vec<usize> = (0..unpriced.ncols()).filter(|&k| unpriced.column(k).amax() > 0.0).collect();
+        let fewer = Self {
+            dynamics: of(&found.dynamics),
+            process: of(&found.process),
+            price: of(&price),
+            base_cost: self.base_cost,
+            unpriced: of(&matrix(&unpriced.select_columns(&some))),
+            costly: Matrices::constant(0, price.rows),
+        };
+        Some((fewer, rows, quotient.kept().to_vec()))
+    }
+
+    /// The expected cost per step where nothing is measured; none where it is infinite.
+    ///
+    /// # Errors
+    /// Where the states that cost something cannot be told from the others.
+    pub fn unmeasured_cost(&self) -> Result<Option<f64>, Error> {
+        if let Some((fewer, ..)) = self.fewer() {
+            return fewer.unmeasured_cost();
+        }
+        let stage = reduce(self, 1.0)?;
+        Ok(without_sensors(&stage).map(|covariance| self.base_cost + stage.price.dot(&covariance)))
+    }
+}
+
+/// A sensor with its gain and what it achieves, made so precise that it just keeps the cost by a filter of many digits,
 /// where that takes little: rounding may have misled the filter that it was found with.
 fn keeping(
     system: &Stationary,
@@ -105,6 +256,9 @@ fn keeping(
     near: &WitnessStep,
 ) -> (VirtualSensor, Option<Achieved>) {
     let of = |precision: f64| {
+        if halt::is_requested() {
+            return None;
+        }
         let variances = sensor.variances.iter().map(|variance| variance / precision).collect();
         let one = VirtualSensor { variances, ..sensor.clone() };
         Achieved::of_stationary(system, &one, near).map(|(achieved, predicted)| {
@@ -114,11 +268,23 @@ fn keeping(
     };
     let Some((first, achieved)) = of(1.0) else { return (sensor, None) };
     let keeps = |achieved: &Achieved| achieved.keeps(cost, system.base_cost);
-    if keeps(&achieved) {
+    let excess = (achieved.cost - cost) / (cost - system.base_cost);
+    if keeps(&achieved) && (excess > -SPARE || first.rank == 0) {
         return (first, Some(achieved));
     }
+    if keeps(&achieved) {
+        // More than enough: the least precision that is.
+        let (mut low, mut high, mut best) = (math::ln(LEAST_PRECISION), 0.0, (first, achieved));
+        for _ in 0..PRECISION_STEPS {
+            let middle = 0.5 * (low + high);
+            match of(math::exp(middle)).filter(|(_, achieved)| keeps(achieved)) {
+                Some(kept) => (best, high) = (kept, middle),
+                None => low = middle,
+            }
+        }
+        return (best.0, Some(best.1));
+    }
     // What it costs too much, as a share of the budget, is about as much as it has to be more precise.
-    let excess = (achieved.cost - cost) / (cost - system.base_cost);
     let (mut low, mut more, mut best) = (0.0, 1.5 * excess, None);
     while best.is_none() && more < MOST_PRECISION {
         best = of(1.0 + more).filter(|(_, achieved)| keeps(achieved));
@@ -239,6 +405,9 @@ fn scaled(a: &Dense, driven: &Dense, price: &Dense) -> Dense {
     let n = a.nrows();
     let mut basis = Dense::identity(n, n);
     for _ in 0..SCALING + 2 * n {
+        if halt::is_requested() {
+            break;
+        }
         let Some(measured) = measured_root(&basis, &congruence(&basis.transpose(), price), 1) else { break };
         let (next, ..) = reach(a, &basis, driven, &measured);
         if next.ncols() == 0 || !next.iter().all(|entry| entry.is_finite()) {

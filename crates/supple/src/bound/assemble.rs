@@ -4,6 +4,7 @@ use std::f64::consts::LN_2;
 
 use supple_lqg::bound::{BoundStatus, Proof, kostina_hassibi, quantiser_bound};
 use supple_model::Named;
+use supple_text::{digits, short};
 
 use super::bounding::{BoundOptions, Bounding, Kind};
 use super::report::{BoundReport, TaskBound, order, reason};
@@ -41,7 +42,10 @@ fn finite(report: TaskBound) -> Result<TaskBound, Error> {
     }
     Err(Error::NoBound {
         what: "a result is not a finite number".into(),
-        advice: "scale the states to similar sizes, or shorten the horizon",
+        advice: match report.stationary {
+            true => "scale the states to similar sizes",
+            false => "scale the states to similar sizes, or shorten the horizon",
+        },
     })
 }
 
@@ -57,7 +61,9 @@ impl Bounding {
         let steps = self.steps();
         let (total, bits) = (|nats: f64| nats / LN_2, |nats: f64| nats / LN_2 / steps as f64);
         let list = |nats: &[f64]| nats.iter().map(|nats| nats / LN_2).collect::<Vec<f64>>();
-        let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= 1e-9 * own.abs());
+        // What the design pays for not knowing the state may be much less than its cost.
+        let price = self.own.price.unwrap_or(f64::INFINITY);
+        let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= (1e-9 * own.abs()).min(1e-6 * price));
         let OwnInformation { control, measurement, mistaken } = self.own_information(minimum.lower_nats, at_own);
         let share = |of: Option<f64>| of.filter(|&of| at_own && of > 0.0).map(|of| bits(minimum.nats) / of);
         let sensor = sensor_report(&minimum.sensors, &minimum.predicted, &self.channels, self.time_step);
@@ -173,9 +179,25 @@ fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String>
     if let Some(reason) = &report.not_proved {
         remarks.push(format!("the lower bound is not proved: {reason}; the minimum is what the search found"));
     }
-    let dearer = |cost: &f64| cost - report.cost > 1e-6 * (report.cost - report.minimum_cost).abs();
+    if let Some(reason) = report.not_certified() {
+        remarks.push(format!("the minimum is not certified: {reason}"));
+    }
+    let budget = (report.cost - report.minimum_cost).abs();
+    let dearer = |cost: &f64| cost - report.cost > 1e-8 * budget + 1e-14 * report.minimum_cost.abs();
     if let Some(cost) = report.achieved_cost.filter(dearer) {
-        remarks.push(format!("the virtual sensor achieves an expected cost of {cost:.7}, not {:.7}", report.cost));
+        remarks.push(format!(
+            "the virtual sensor achieves an expected cost of {}, not {}",
+            digits(cost),
+            digits(report.cost)
+        ));
+    }
+    let more = |bits: &f64| bits - report.minimum_bits_per_step > 1e-4 * report.minimum_bits_per_step + 1e-6;
+    if let Some(bits) = report.achieved_bits_per_step.filter(more) {
+        remarks.push(format!(
+            "the virtual sensor needs {} bits per step, more than the minimum of {}",
+            short(bits, 6),
+            short(report.minimum_bits_per_step, 6)
+        ));
     }
     if !at_own {
         remarks.push("efficiency is defined at the design's own cost; omit --cost to see it".to_owned());

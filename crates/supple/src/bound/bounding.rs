@@ -7,9 +7,10 @@ use supple_lqg::bound::{
 };
 use supple_lqg::dense::{congruence, dense};
 use supple_model::Channel;
+use supple_text::digits;
 
 use super::own::Own;
-use super::report::reason;
+use super::report::{not_certified, reason};
 use super::steady::stationary;
 use crate::Error;
 use crate::branches::{Attempts, plan_at};
@@ -90,6 +91,8 @@ pub struct BoundPoint {
     pub closed_form_bits_per_step: f64,
     /// Why `minimum_lower_bits_per_step` is not proved, and 0; none where it is.
     pub not_proved: Option<String>,
+    /// By how much it is too far below the minimum found to certify that; none where it is not.
+    pub not_certified: Option<String>,
 }
 
 /// The minimum of either kind.
@@ -116,7 +119,7 @@ impl Bounding {
             let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&problem.priced_dynamics())?);
             (Kind::Stationary(problem), own, floors, regulator)
         } else {
-            let proved = proved_horizon(&state.plan, &state.noise)?;
+            let proved = proved_horizon(task, phi, &state.plan, &state.noise)?;
             let floor = product_growth(&proved.horizon.dynamics, task.steps)?;
             let own = Own::over_horizon(task, &state, &proved)?;
             (Kind::Horizon(proved.horizon, proved.spread), own, (floor, 0.0), proved.law)
@@ -172,17 +175,7 @@ impl Bounding {
                 }
                 cost
             }
-            // Powers of A by squaring: sum of A^k W A'^k.
-            Kind::Stationary(problem) => {
-                let (mut a, mut covariance) = (dense(&problem.dynamics, 0), dense(&problem.process, 0));
-                for _ in 0..60 {
-                    covariance += congruence(&a, &covariance);
-                    a = &a * &a;
-                }
-                let settled = a.iter().all(|entry| entry.abs() < 1e-9);
-                let cost = problem.base_cost + dense(&problem.price, 0).dot(&covariance);
-                if settled { cost } else { f64::INFINITY }
-            }
+            Kind::Stationary(problem) => problem.unmeasured_cost().ok().flatten().unwrap_or(f64::INFINITY),
         };
         cost.is_finite().then_some(cost)
     }
@@ -200,6 +193,7 @@ impl Bounding {
             minimum_lower_bits_per_step: bits(minimum.lower_nats),
             closed_form_bits_per_step: bits(self.closed_form_nats(cost)),
             not_proved: reason(&minimum.proof),
+            not_certified: not_certified(bits(minimum.nats), bits(minimum.lower_nats)),
         })
     }
 
@@ -228,7 +222,7 @@ impl Bounding {
         self.search(cost, own_price).map(proved).map_err(|error| match error {
             Error::CostBelowLeast { .. } => Error::CostBelowLeast { cost, least: self.minimum_cost() },
             Error::NoBound { what, advice } if cost.is_finite() => {
-                Error::NoBound { what: format!("at an expected cost of {cost:.7}, {what}"), advice }
+                Error::NoBound { what: format!("at an expected cost of {}, {what}", digits(cost)), advice }
             }
             other => other,
         })

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use supple_lqg::bound::{Proof, Vacuous};
 use supple_model::Named;
+use supple_text::short;
 
 use super::sensor_report::SensorReport;
 use crate::plan::PlanStatus;
@@ -111,7 +112,33 @@ pub struct OrderLine {
     pub ordered: bool,
 }
 
+/// A minimum counts as certified where what is proved is at most this share of it below, or the gap that is asked for, bits.
+const CERTIFIED: f64 = 0.01;
+const ASKED: f64 = 1e-7 / std::f64::consts::LN_2;
+
+/// By how much a lower bound is too far below a minimum to certify that.
+pub(super) fn not_certified(minimum: f64, lower: f64) -> Option<String> {
+    let gap = minimum - lower;
+    (gap > (CERTIFIED * minimum).max(ASKED)).then(|| {
+        format!(
+            "the proved lower bound is {} bits per step, {:.0} % below the minimum found",
+            short(lower, 4),
+            100.0 * gap / minimum
+        )
+    })
+}
+
 impl TaskBound {
+    /// Why the minimum is not certified, where what is proved is far below it; none where it is not, or nothing is proved.
+    pub fn not_certified(&self) -> Option<String> {
+        not_certified(self.minimum_bits_per_step, self.minimum_lower_bits_per_step).filter(|_| self.proved)
+    }
+
+    /// Whether a lower bound is proved that is as good as the minimum found.
+    pub fn is_certified(&self) -> bool {
+        self.proved && self.not_certified().is_none()
+    }
+
     /// Whether all of its numbers are finite.
     pub fn is_finite(&self) -> bool {
         let always = [
@@ -182,11 +209,14 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     lines.push(line("minimum", Some(bound.minimum_bits_per_step), true, &any));
     let kept = bound.achieved_cost.map_or_else(
         || "its filter does not converge".to_owned(),
-        |cost| format!("the virtual sensor below, by its filter, at an expected cost of {cost:.7}"),
+        |cost| format!("the virtual sensor below, by its filter, at an expected cost of {}", short(cost, 8)),
     );
     lines.push(line("virtual sensor", bound.achieved_bits_per_step, false, &kept));
     // The design keeps the cost D only where D is not below its own.
-    let keeps = bound.own_cost.is_some_and(|own| bound.cost >= own * (1.0 - 1e-12) - f64::MIN_POSITIVE);
+    let keeps = bound.own_cost.is_some_and(|own| {
+        let rounding = (1e-12 * own.abs()).min(1e-6 * (own - bound.minimum_cost).abs());
+        bound.cost >= own - rounding - f64::MIN_POSITIVE
+    });
     let whose = if keeps {
         format!("this design's sensors and controller{along}")
     } else {

@@ -164,7 +164,14 @@ fn stationary(a: &[[f64; 2]; 2], w: [f64; 2], price: [f64; 2]) -> Stationary {
     let diagonal = |v: [f64; 2]| matrix(2, 2, |i, j| if i == j { v[i] } else { 0.0 });
     let dynamics = matrix(2, 2, |i, j| a[i][j]);
     let unpriced = Matrices::constant(2, 0);
-    Stationary { dynamics, process: diagonal(w), price: diagonal(price), base_cost: 0.0, unpriced }
+    Stationary {
+        dynamics,
+        process: diagonal(w),
+        price: diagonal(price),
+        base_cost: 0.0,
+        unpriced,
+        costly: Matrices::constant(0, 2),
+    }
 }
 
 #[test]

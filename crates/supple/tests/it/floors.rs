@@ -43,6 +43,7 @@ fn stationary(a: &DMatrix<f64>, b: &DMatrix<f64>, w: &DMatrix<f64>) -> Stationar
         price: matrices(&price),
         base_cost: (w * s).trace(),
         unpriced,
+        costly: Matrices::constant(0, n),
     }
 }
 
@@ -123,6 +124,7 @@ fn units_of_states_change_no_bound() {
         },
         base_cost: plant.base_cost,
         unpriced: plant.unpriced.clone(),
+        costly: plant.costly.clone(),
     };
     let floors = [&plant, &other].map(|plant| data_rate_floor(&plant.dynamics).unwrap());
     assert!((floors[0] - floors[1]).abs() < 1e-10, "{floors:?}");

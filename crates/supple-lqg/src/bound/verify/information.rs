@@ -3,7 +3,9 @@
 use super::frame::Frames;
 use super::given::{Dual, Given, next};
 use super::interval::Interval;
+use super::law::STOPPED;
 use super::matrix::{Enclosure, Matrix, enclosed};
+use supple_kernels::halt;
 
 /// What is proved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +45,9 @@ impl<'a> Proving<'a> {
         }
         let mut best: Option<f64> = None;
         for share in ENLARGED {
+            if halt::is_requested() {
+                return Err(STOPPED.into());
+            }
             match self.value(price, &multipliers, share) {
                 Ok(nats) if best.is_none_or(|best| nats > best) => best = Some(nats),
                 Ok(_) => break,

@@ -14,8 +14,8 @@ pub(crate) struct Along {
     pub last: Matrix,
     /// `X_0`.
     pub initial: Matrix,
-    /// What is paid in any case.
-    pub nominal: f64,
+    /// What is paid in any case, as far as rounding leaves it known.
+    pub nominal: Interval,
 }
 
 /// One step.
@@ -182,12 +182,14 @@ impl<const K: usize> Sweep<K> {
             // `count` terms, each a product and a sum.
             let slack = self.sizes[side] * unit::<K>() * (2 * count + 8) as f64;
             let (low, high) = self.sums[side].around(slack);
-            Interval { low, high } * half + Interval::point(along.nominal)
+            Interval { low, high } * half + along.nominal
         };
         let (below, above) = (end(0), end(1));
         let least = Interval { low: below.low, high: above.high };
-        let size = 0.5 * self.sizes[1] + along.nominal.abs();
-        let is_sharp = least.high - least.low <= SHARP * size + f64::MIN_POSITIVE * 8.0;
+        let size = 0.5 * self.sizes[1] + along.nominal.magnitude();
+        // More digits do not narrow what is paid in any case.
+        let given = along.nominal.high - along.nominal.low;
+        let is_sharp = least.high - least.low - given <= SHARP * size + f64::MIN_POSITIVE * 8.0;
         if is_sharp { Ok(least) } else { Err(Failure::Digits) }
     }
 

@@ -17,7 +17,7 @@ const ILL_CONDITIONED: f64 = 1e-9;
 const ZERO: f64 = 1e-12;
 
 /// `c` of `V >= c S`. Any number above 0 would do.
-const SHARE: f64 = 1e-8;
+const SHARES: [f64; 4] = [1e-8, 1e-14, 1e-20, 1e-28];
 
 /// By this share of their sizes costs of states are lowered: nothing counts as paid that rounding of the cost may have
 /// made.
@@ -66,25 +66,22 @@ fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() ->
         return Ok(roots.left);
     }
     let is_as_given = r == law.dynamics.rows && roots.least > ILL_CONDITIONED;
-    let priced = if is_as_given { Priced::all(law, &roots) } else { Priced::some(law, &roots) }?;
-    let shares = |below: &Enclosure| {
-        let left = below.minus(&priced.s.scaled(Interval::point(SHARE)));
-        enclosed(&priced.units).transpose().around(&left).is_positive_semidefinite()
+    let ways = if is_as_given {
+        [Some(Priced::all(law, &roots)), None]
+    } else {
+        [false, true].map(|of_states| Some(Priced::some(law, &roots, of_states)))
     };
-    let mut step = priced.step;
-    for i in 0..step.dynamics.rows {
-        step.cost.set(i, i, step.cost.at(i, i) * (1.0 - LOWERED));
-    }
-    let mut steps = r;
-    loop {
-        if paid_within(&step, steps, is_stopped)?.as_ref().is_some_and(shares) {
-            return Ok(priced.distance);
+    let mut reason = None;
+    for priced in ways.into_iter().flatten() {
+        match priced.and_then(|priced| priced.is_paid(r, is_stopped)) {
+            Err(why) => reason = Some(reason.unwrap_or(why)),
+            proved => return proved,
         }
-        if steps >= MOST_STEPS {
-            return Err("the regulator stabilises states that may not affect the cost".into());
+        if is_stopped() {
+            return Err(STOPPED.into());
         }
-        steps = (4 * steps).min(MOST_STEPS);
     }
+    Err(reason.unwrap_or_else(|| "the regulator has no cost".into()))
 }
 
 /// `R` of `S = R' c R`, `c` being diagonal and from 1 to 4, without directions that have no price.
@@ -154,11 +151,24 @@ impl Priced {
     }
 
     /// In coordinates `xi = R x` and controls `u = K x + v` by the regulator: what stands beside them, `eta`, neither
-    /// costs anything nor moves them, but for rounding.
-    fn some<const K: usize>(law: &Regulated<K>, roots: &Roots<K>) -> Result<Self, String> {
+    /// costs anything nor moves them, but for rounding. `R` is that of the roots, or the same in units of some of the states:
+    /// zeros of the matrices given are zeros there.
+    fn some<const K: usize>(law: &Regulated<K>, roots: &Roots<K>, of_states: bool) -> Result<Self, String> {
         let (n, joint, r) = (law.dynamics.rows, law.dynamics.cols, roots.rows.rows);
         // `z = (x, u)` of `(xi, eta, v)`.
-        let basis = basis(roots)?;
+        let mut basis = basis(roots)?;
+        let mut rows = roots.rows.clone();
+        let mut s = Enclosure::from_fn(r, r, |i, j| if i == j { interval(roots.weights[i]) } else { Interval::ZERO });
+        let mut units = Matrix::identity(r);
+        if of_states {
+            let places = &roots.places;
+            let back = Wides::from_fn(r, r, |i, j| basis.at(places[i], j));
+            rows = back.times_without_rounding(&rows, nothing::<K>());
+            let one = Wides::<K>::identity(n);
+            basis = Wides::from_fn(n, n, |i, j| if j < r { one.at(i, places[j]) } else { basis.at(i, j) });
+            s = Enclosure::from_fn(r, r, |i, j| interval(law.s.at(places[i], places[j])));
+            units = Matrix::from_fn(r, r, |i, j| back.at(i, j).rounded());
+        }
         let exactly = |one: &Wides<K>, other: &Wides<K>| one.times_without_rounding(other, nothing::<K>());
         let followed = exactly(&law.gains(), &basis);
         let one = Wides::identity(joint);
@@ -168,8 +178,8 @@ impl Priced {
             (_, false) => one.at(i, j),
         });
         let reached = exactly(&Wides::new(law.dynamics), &follow);
-        let moved = exactly(&roots.rows, &reached);
-        let moved_size = roots.rows.magnitude().times(&reached.magnitude());
+        let moved = exactly(&rows, &reached);
+        let moved_size = rows.magnitude().times(&reached.magnitude());
         let half = exactly(&law.cost, &follow);
         let paid = exactly(&follow.transpose(), &half);
         let paid_size = follow.magnitude().transpose().times(&law.given.abs().times(&follow.magnitude()));
@@ -203,8 +213,32 @@ impl Priced {
         }
         let dynamics = Matrix { rows: r, cols: kept.len(), entries: moves };
         let cost = Matrix { rows: kept.len(), cols: kept.len(), entries: pays };
-        let s = Enclosure::from_fn(r, r, |i, j| if i == j { interval(roots.weights[i]) } else { Interval::ZERO });
-        Ok(Self { step: quiet(dynamics, cost), s, units: Matrix::identity(r), distance })
+        Ok(Self { step: quiet(dynamics, cost), s, units, distance })
+    }
+
+    /// How far the numbers are from those for which `V >= c S` within some steps from `first`.
+    fn is_paid(mut self, first: usize, is_stopped: &dyn Fn() -> bool) -> Result<f64, String> {
+        let shares = |below: &Enclosure| {
+            SHARES.into_iter().any(|share| {
+                let left = below.minus(&self.s.scaled(Interval::point(share)));
+                enclosed(&self.units).transpose().around(&left).is_positive_semidefinite()
+            })
+        };
+        for i in 0..self.step.dynamics.rows {
+            self.step.cost.set(i, i, self.step.cost.at(i, i) * (1.0 - LOWERED));
+        }
+        let mut steps = first;
+        loop {
+            if paid_within(&self.step, steps, is_stopped)?.as_ref().is_some_and(shares) {
+                return Ok(self.distance);
+            }
+            if steps >= MOST_STEPS {
+                return Err(format!(
+                    "that the regulator's price is paid within {MOST_STEPS} steps could not be proved"
+                ));
+            }
+            steps = (4 * steps).min(MOST_STEPS);
+        }
     }
 }
 

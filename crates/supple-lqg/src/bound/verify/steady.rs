@@ -7,7 +7,7 @@ use super::matrix::Matrix;
 use super::riccati::Steps;
 use super::wide::Wide;
 use super::wides::Wides;
-use supple_kernels::math;
+use supple_kernels::{halt, math};
 
 /// Steps before their number is doubled, beside one for every state.
 const FIRST_STEPS: usize = 30;
@@ -101,6 +101,9 @@ impl<'a, const K: usize> Local<'a, K> {
         let mut first =
             self.dynamics.times(&self.dynamics.transpose()).plus(&self.process).scaled(Wide::new(LARGER)).symmetric();
         for _ in 0..FIRST_STEPS + n {
+            if halt::is_requested() {
+                return None;
+            }
             first = self.step(&first, &precision)?.0;
         }
         let (next, kept) = self.step(&first, &precision)?;
@@ -109,6 +112,9 @@ impl<'a, const K: usize> Local<'a, K> {
         let mut steps = Steps::new(closed.transpose(), gained, next.plus(&first.scaled(-Wide::power_of_two(0))));
         let (mut last, mut settled) = (Filtered { nats: f64::NAN, price: f64::NAN }, 0);
         for _ in 0..DOUBLINGS {
+            if halt::is_requested() {
+                return None;
+            }
             let predicted = first.plus(&steps.from_zero).symmetric();
             let now = self.corrected(&predicted)?;
             let near = |a: f64, b: f64| (a - b).abs() <= SETTLED * (a.abs() + b.abs());

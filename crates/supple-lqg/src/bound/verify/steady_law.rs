@@ -6,8 +6,9 @@ use super::riccati::Steps;
 use super::wide::Wide;
 use super::wides::Wides;
 
-/// Doublings of the number of steps at most.
-const DOUBLINGS: usize = 40;
+/// Doublings of the number of steps at most, and those that it mostly takes.
+const DOUBLINGS: usize = 110;
+const MOSTLY: usize = 40;
 
 /// Steps are at their limit when the last doubling changes the cost of no state by more than these powers of 2, relatively:
 /// at once, and where there are no more doublings or digits.
@@ -81,7 +82,7 @@ pub(super) fn first<T>(
 
 pub(super) fn widths(dynamics: &Matrix) -> impl Iterator<Item = u32> {
     let (n, joint) = (dynamics.rows, dynamics.cols);
-    let products = (10 * DOUBLINGS * n * n * joint) as f64;
+    let products = (10 * MOSTLY * n * n * joint) as f64;
     [4, 16, 64].into_iter().take_while(move |&words| words == 4 || products * f64::from(words * words) <= MOST_WORK)
 }
 
