@@ -74,11 +74,8 @@ fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() ->
     let mut reason = None;
     for priced in ways.into_iter().flatten() {
         match priced.and_then(|priced| priced.is_paid(r, is_stopped)) {
-            Err(why) => reason = Some(reason.unwrap_or(why)),
-            proved => return proved,
-        }
-        if is_stopped() {
-            return Err(STOPPED.into());
+            Err(why) if why != STOPPED => reason = Some(reason.unwrap_or(why)),
+            ended => return ended,
         }
     }
     Err(reason.unwrap_or_else(|| "the regulator has no cost".into()))
