@@ -122,7 +122,7 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         "a quarter of the sustained force, at most 10 N, and at most 10 N for a reach of 0.5 m; for `insert` a fifth of that",
         "| travel | `travel` | $L/10$ |",
         "| clearance at the start | `clearance` | 0: the tool starts where",
-        "1 s, in 100 steps; twice that if",
+        "1 s, in 200 steps; twice that if",
         "2 % of $m$, at most 5 kg",
         "Stiffer if on the softest mount the tool would sag by more than 2 cm, or swing at less than 1 Hz",
         "the force deflects it by $L/1000$; the lower bound is 40 times softer",

@@ -365,7 +365,7 @@ fn oblique_walls_are_pressed_without_a_conflict() {
     let (text, found) = written(&folder, "task", &words);
     assert_good(&text, &found);
     let cost = found["tasks"][0]["cost"]["nominal"].as_f64().unwrap();
-    assert!(cost < 2.0, "{cost}\n{text}");
+    assert!(cost < 5.0, "{cost}\n{text}");
 }
 
 /// A robot that falls is refused, with the joints that let it.
