@@ -83,7 +83,7 @@ impl Lower {
             let Some((price, multipliers)) = witness.with_margin(margin) else { continue };
             let multipliers: Vec<Matrix> = multipliers.iter().map(matrix).collect();
             let proved = matches!(best.proof, Proof::Proved { .. });
-            match proving.information(price, &multipliers) {
+            match proving.information(price, &multipliers, &halt::is_requested) {
                 Ok(found) if !proved || found.nats > best.nats => {
                     best = Self { nats: found.nats, proof: Proof::Proved { distance: found.distance } };
                 }
@@ -171,7 +171,7 @@ impl Achieved {
 
     /// Per step in the steady state near a point of the dual, with the covariance before the measurement.
     pub(super) fn of_stationary(system: &Stationary, one: &VirtualSensor, near: &WitnessStep) -> Option<(Self, Dense)> {
-        let found = steady(&stage(system), &dual_step(near), &sensor(one))?;
+        let found = steady(&stage(system), &dual_step(near), &sensor(one), &halt::is_requested)?;
         let n = near.basis.nrows();
         let predicted = Dense::from_fn(n, n, |i, j| found.predicted.at(i, j));
         let Filtered { nats, price } = found.filtered;

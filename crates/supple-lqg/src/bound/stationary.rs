@@ -81,7 +81,7 @@ pub fn stationary_minimum(
     if seeking.best.as_ref().is_ok_and(|found| is_coarse(found.nats, settings)) {
         seeking.at(1.0, &COMPLEMENTARITIES);
     }
-    seeking.from_elsewhere(if stage.price.nrows() > MANY { FEW } else { usize::MAX });
+    seeking.search_elsewhere(if stage.price.nrows() > MANY { FEW } else { usize::MAX });
     let best = seeking.best;
     if halt::is_requested() {
         return Err(Error::Stopped);
@@ -128,7 +128,7 @@ impl Seeking<'_> {
     }
 
     /// From other starts, at less cost, and from there at more and more; so many searches at most.
-    fn from_elsewhere(&mut self, most: usize) {
+    fn search_elsewhere(&mut self, most: usize) {
         let starts = (1..COMPLEMENTARITIES.len()).map(|from| (1.0, &COMPLEMENTARITIES[from..=from]));
         let shares = SHARES.into_iter().map(|share| (share, &COMPLEMENTARITIES[..]));
         let mut climbs = most > FEW;

@@ -5,7 +5,6 @@ use super::given::{Dual, Given, next};
 use super::interval::Interval;
 use super::law::STOPPED;
 use super::matrix::{Enclosure, Matrix, enclosed};
-use supple_kernels::halt;
 
 /// What is proved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +34,12 @@ impl<'a> Proving<'a> {
     }
 
     /// The best bound that a point in the same coordinates proves, by its price and multipliers, or why it proves none.
-    pub fn information(&self, price: f64, multipliers: &[Matrix]) -> Result<Proved, String> {
+    pub fn information(
+        &self,
+        price: f64,
+        multipliers: &[Matrix],
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Proved, String> {
         if !(price >= 0.0 && price.is_finite()) {
             return Err("the multiplier of the cost is negative".into());
         }
@@ -45,7 +49,7 @@ impl<'a> Proving<'a> {
         }
         let mut best: Option<f64> = None;
         for share in ENLARGED {
-            if halt::is_requested() {
+            if is_stopped() {
                 return Err(STOPPED.into());
             }
             match self.value(price, &multipliers, share) {

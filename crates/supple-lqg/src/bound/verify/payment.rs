@@ -73,7 +73,7 @@ fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() ->
     };
     let mut reason = None;
     for priced in ways.into_iter().flatten() {
-        match priced.and_then(|priced| priced.is_paid(r, is_stopped)) {
+        match priced.and_then(|priced| priced.paid_distance(r, is_stopped)) {
             Err(why) if why != STOPPED => reason = Some(reason.unwrap_or(why)),
             ended => return ended,
         }
@@ -214,7 +214,7 @@ impl Priced {
     }
 
     /// How far the numbers are from those for which `V >= c S` within some steps from `first`.
-    fn is_paid(mut self, first: usize, is_stopped: &dyn Fn() -> bool) -> Result<f64, String> {
+    fn paid_distance(mut self, first: usize, is_stopped: &dyn Fn() -> bool) -> Result<f64, String> {
         let shares = |below: &Enclosure| {
             SHARES.into_iter().any(|share| {
                 let left = below.minus(&self.s.scaled(Interval::point(share)));

@@ -7,7 +7,7 @@ use super::matrix::Matrix;
 use super::riccati::Steps;
 use super::wide::Wide;
 use super::wides::Wides;
-use supple_kernels::{halt, math};
+use supple_kernels::math;
 
 /// Steps before their number is doubled, beside one for every state.
 const FIRST_STEPS: usize = 30;
@@ -34,11 +34,11 @@ pub(crate) struct Steady {
 }
 
 /// The steady state of a sensor's filter near a covariance `E E'`, in coordinates of `E`: none where it has none, or
-/// rounding leaves it unknown.
+/// rounding leaves it unknown, and once it is stopped.
 ///
 /// The other coordinates are states that no price ever sees and states that are known, as in the proof of the lower
 /// bound.
-pub(crate) fn steady(stage: &Stage, step: &DualStep, sensor: &Sensor) -> Option<Steady> {
+pub(crate) fn steady(stage: &Stage, step: &DualStep, sensor: &Sensor, is_stopped: &dyn Fn() -> bool) -> Option<Steady> {
     if sensor.variances.iter().any(|variance| !(*variance > 0.0 && variance.is_finite())) {
         return None;
     }
@@ -50,9 +50,9 @@ pub(crate) fn steady(stage: &Stage, step: &DualStep, sensor: &Sensor) -> Option<
     let mut last: Option<Steady> = None;
     for words in [2, 4, 8] {
         let found = match words {
-            2 => Local::<2>::new(stage, step, sensor).and_then(|local| local.steady()),
-            4 => Local::<4>::new(stage, step, sensor).and_then(|local| local.steady()),
-            _ => Local::<8>::new(stage, step, sensor).and_then(|local| local.steady()),
+            2 => Local::<2>::new(stage, step, sensor).and_then(|local| local.steady(is_stopped)),
+            4 => Local::<4>::new(stage, step, sensor).and_then(|local| local.steady(is_stopped)),
+            _ => Local::<8>::new(stage, step, sensor).and_then(|local| local.steady(is_stopped)),
         };
         match (&last, found) {
             (Some(before), Some(found)) if agree(before, &found) => return Some(found),
@@ -95,13 +95,13 @@ impl<'a, const K: usize> Local<'a, K> {
 
     /// Where `P <- A (P^-1 + G)^-1 A' + W`, `G = C' V^-1 C`, leads to: some steps, and from there on their number is doubled.
     /// In the closed loop of a filter that knows that they are uncertain, modes that grow without noise do not grow.
-    fn steady(&self) -> Option<Steady> {
+    fn steady(&self, is_stopped: &dyn Fn() -> bool) -> Option<Steady> {
         let n = self.dynamics.rows;
         let precision = self.precision();
         let mut first =
             self.dynamics.times(&self.dynamics.transpose()).plus(&self.process).scaled(Wide::new(LARGER)).symmetric();
         for _ in 0..FIRST_STEPS + n {
-            if halt::is_requested() {
+            if is_stopped() {
                 return None;
             }
             first = self.step(&first, &precision)?.0;
@@ -112,7 +112,7 @@ impl<'a, const K: usize> Local<'a, K> {
         let mut steps = Steps::new(closed.transpose(), gained, next.plus(&first.scaled(-Wide::power_of_two(0))));
         let (mut last, mut settled) = (Filtered { nats: f64::NAN, price: f64::NAN }, 0);
         for _ in 0..DOUBLINGS {
-            if halt::is_requested() {
+            if is_stopped() {
                 return None;
             }
             let predicted = first.plus(&steps.from_zero).symmetric();

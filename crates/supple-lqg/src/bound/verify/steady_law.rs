@@ -176,7 +176,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
             return step(step(s)?.left);
         }
         // Digits that were lost to growth may tell.
-        Err(if steps.growth() > i64::from(K as u32) { Unsettled::Digits } else { Unsettled::Grows })
+        Err(if steps.growth() > 2 * i64::from(K as u32) { Unsettled::Digits } else { Unsettled::Grows })
     }
 
     /// `A + B K`, and `B (Q_uu)^-1 B'`, of controls that have a price.
