@@ -28,6 +28,8 @@ const TIP: f64 = 0.002;
 const DEFLECTION: f64 = 0.02;
 /// Steps of a task.
 pub const STEPS: usize = 200;
+/// Stiffness of the mount of a tool that moves freely, as a share of that of one that presses.
+const FREE: f64 = 0.2;
 /// Share of the time within which joints reach the speed that matters.
 const SPEEDING_UP: f64 = 0.2;
 
@@ -105,7 +107,9 @@ impl Rules {
         let yielding = axes.iter().zip(template.yields()).filter(|(_, yields)| *yields);
         let weight = rules.mass * yielding.map(|(axis, _)| dot(*axis, limb.gravity).powi(2)).sum::<f64>().sqrt();
         let least = (weight / SAG).max(rules.mass * (2.0 * PI * SLOWEST).powi(2));
-        let stiffness = round(1e3 * rules.force / limb.reach);
+        // A tool that moves freely rings in a stiff mount faster than steps follow.
+        let share = if template == Template::Reach { FREE } else { 1.0 };
+        let stiffness = round(share * 1e3 * rules.force / limb.reach);
         let stiffness = if stiffness < SOFTER * least { round_up(SOFTER * least) } else { stiffness };
         unless_given("stiffness", &mut rules.stiffness, stiffness);
         unless_given("force_sd", &mut rules.force_sd, four_digits(0.05 * rules.force));
