@@ -1,7 +1,6 @@
 //! Roll-outs on a plant of finer steps: what remains of a plan's time step.
 
 use supple_kernels::{Matrices, Scratch};
-use supple_lqg::Noise;
 use supple_model::system::{Points, Times};
 
 use super::{BATCH, FinerSteps, LoopSetting, NoiseFactors, Outcome, Rollouts, Truth, World, in_batches};
@@ -38,7 +37,7 @@ pub(crate) fn on_finer_steps(
             from.copy_from(next);
         }
     };
-    let noise: &Noise = &*world.fixed_noise(task)?;
+    let noise = &*world.fixed_noise(task)?;
     let factors = &NoiseFactors::of(noise)?;
     let truth = Truth { plant: Some(&plant), ..Truth::of(task, phi) };
     let setting = LoopSetting { task, plan, believed: World { phi, noise }, truth, factors, along: None };
