@@ -1,9 +1,8 @@
 //! States that cost nothing, now or later, but for the rounding of the numbers given: as where masses and springs float freely,
 //! and were discretised in time.
 
-use super::regulator::matrix;
 use super::units::scales;
-use super::verify::Quotient;
+use super::verify::{Matrix, Quotient};
 use super::zeros::moduli;
 use crate::dense::Dense;
 
@@ -125,4 +124,9 @@ fn costly_within(given: f64, dynamics: &Dense, cost: &Dense, process: &Dense) ->
         return None;
     }
     (quotient.distance(&quotient.of(&f, &l, &w), &f, &l, &w) <= NEARBY).then_some(rows)
+}
+
+/// In the form that proofs read.
+pub(super) fn matrix(a: &Dense) -> Matrix {
+    Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }

@@ -5,8 +5,8 @@ use std::f64::consts::LN_2;
 use supple_kernels::{Matrices, halt};
 
 use super::along::Spread;
+use super::free::matrix;
 use super::horizon::{Horizon, Stationary};
-use super::regulator::matrix;
 use super::verify::{
     Dual, DualStep, Filtered, Given, Interval, Matrix, Proving, Sensor, Stage, over_horizon, steady,
     steady_law_distance,

@@ -2,7 +2,7 @@
 
 use supple_kernels::{Matrices, halt};
 
-use super::free::costly;
+use super::free::{costly, matrix};
 use super::horizon::Stationary;
 use super::verify::{Matrix, Quotient, SteadyLaw, Unsettled, steady_law};
 use crate::Error;
@@ -130,9 +130,4 @@ pub(super) struct Regulator {
     pub unpriced: Dense,
     /// `R` of [`Stationary::costly`], r x n.
     pub costly: Dense,
-}
-
-/// In the form that proofs read.
-pub(super) fn matrix(a: &Dense) -> Matrix {
-    Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }

@@ -2,6 +2,7 @@
 
 use supple_kernels::{Matrices, halt, math};
 
+use super::free::matrix;
 use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
@@ -9,7 +10,6 @@ use super::minimum::{LEAST_MARGIN, LOST, SHARE, budget, certified, finer, is_coa
 use super::nearby::Nearby;
 use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, Stage, measured_root, reach};
-use super::regulator::matrix;
 use super::sensitivity::Worth;
 use super::sensor::sensors;
 use super::settings::{BoundSettings, BoundStatus};
