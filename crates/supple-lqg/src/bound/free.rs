@@ -110,20 +110,21 @@ fn costly_within(given: f64, dynamics: &Dense, cost: &Dense, process: &Dense) ->
         return None;
     }
     let rows = Dense::from_fn(reduced.len(), n, |i, j| reduced[i].1.entries[j]);
-    // Where the others lead to among themselves: `M` with `R M = 0`, whose own rows are the identity.
-    let others: Vec<usize> = (0..n).filter(|j| reduced.iter().all(|(place, _)| place != j)).collect();
-    let left = Dense::from_fn(n, others.len(), |i, k| match reduced.iter().find(|(place, _)| *place == i) {
-        Some((_, row)) => -row.entries[others[k]],
-        None => f64::from(u8::from(i == others[k])),
-    });
-    let block = (&a * left).select_rows(&others);
-    let lasts = moduli(&block)?.into_iter().any(|modulus| modulus > LASTS);
     let (f, l, w) = (matrix(dynamics), matrix(cost), matrix(process));
     let quotient = Quotient::new(&matrix(&rows))?;
+    // Where the others lead to among themselves.
+    let others: Vec<usize> = (0..n).filter(|j| !quotient.kept().contains(j)).collect();
+    let block = (&a * of_matrix(&quotient.beside())).select_rows(&others);
+    let lasts = moduli(&block)?.into_iter().any(|modulus| modulus > LASTS);
     if !lasts || quotient.is_exact(&f, &l) {
         return None;
     }
     (quotient.distance(&quotient.of(&f, &l, &w), &f, &l, &w) <= NEARBY).then_some(rows)
+}
+
+/// From the form that proofs read.
+pub(super) fn of_matrix(a: &Matrix) -> Dense {
+    Dense::from_fn(a.rows, a.cols, |i, j| a.at(i, j))
 }
 
 /// In the form that proofs read.

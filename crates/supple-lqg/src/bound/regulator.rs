@@ -2,9 +2,9 @@
 
 use supple_kernels::{Matrices, halt};
 
-use super::free::{costly, matrix};
+use super::free::{costly, matrix, of_matrix};
 use super::horizon::Stationary;
-use super::verify::{Matrix, Quotient, SteadyLaw, Unsettled, steady_law};
+use super::verify::{Quotient, SteadyLaw, Unsettled, steady_law};
 use crate::Error;
 use crate::dense::{Dense, congruence, dense, semidefinite_root, store};
 
@@ -71,22 +71,18 @@ pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Resu
     let quotient = rows.as_ref().and_then(|rows| Quotient::new(&matrix(rows)));
     let (Some(rows), Some(quotient)) = (rows, quotient) else { return all_of(dynamics, cost, process) };
     let fewer = quotient.of(&matrix(dynamics), &matrix(cost), &matrix(process));
-    let of = |a: &Matrix| Dense::from_fn(a.rows, a.cols, |i, j| a.at(i, j));
-    let found = match all_of(&of(&fewer.dynamics), &of(&fewer.cost), &of(&fewer.process)) {
+    let [dynamics_of, cost_of, process_of] = [&fewer.dynamics, &fewer.cost, &fewer.process].map(of_matrix);
+    let found = match all_of(&dynamics_of, &cost_of, &process_of) {
         Err(Error::NoBound { .. }) => return all_of(dynamics, cost, process),
         found => found?,
     };
     // What is left out, by columns, and what costs nothing of the others.
-    let kept = quotient.kept();
-    let others: Vec<usize> = (0..n).filter(|i| !kept.contains(i)).collect();
-    let place = |i: usize| kept.iter().position(|&kept| kept == i);
-    let unpriced =
-        Dense::from_fn(n, others.len() + found.unpriced.ncols(), |i, k| match (place(i), k < others.len()) {
-            (Some(row), true) => -rows[(row, others[k])],
-            (None, true) => f64::from(u8::from(i == others[k])),
-            (Some(row), false) => found.unpriced[(row, k - others.len())],
-            (None, false) => 0.0,
-        });
+    let beside = quotient.beside();
+    let place = |i: usize| quotient.kept().iter().position(|&kept| kept == i);
+    let unpriced = Dense::from_fn(n, beside.cols + found.unpriced.ncols(), |i, k| match k.checked_sub(beside.cols) {
+        None => beside.at(i, k),
+        Some(k) => place(i).map_or(0.0, |row| found.unpriced[(row, k)]),
+    });
     let back = rows.transpose();
     Ok(Regulator {
         s: congruence(&back, &found.s),
@@ -113,9 +109,8 @@ fn all_of(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, 
                 },
             },
         )?;
-    let n = dynamics.nrows();
-    let of = |a: &Matrix| Dense::from_fn(n, a.cols, |i, j| a.at(i, j));
-    Ok(Regulator { s: of(&s), price: of(&price), least, unpriced: of(&unpriced), costly: Dense::zeros(0, n) })
+    let [s, price, unpriced] = [&s, &price, &unpriced].map(of_matrix);
+    Ok(Regulator { s, price, least, unpriced, costly: Dense::zeros(0, dynamics.nrows()) })
 }
 
 /// What the optimal regulator costs.

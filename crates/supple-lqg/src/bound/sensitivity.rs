@@ -40,9 +40,7 @@ impl Worth {
         };
         Self((0..chain.stages.len()).map(one).collect())
     }
-}
 
-impl Worth {
     /// That of `R x` as one of `x`.
     pub fn among_all(&self, rows: &Dense) -> Self {
         Self(self.0.iter().map(|worth| symmetric(rows.transpose() * worth * rows)).collect())

@@ -1,7 +1,8 @@
 //! The steady covariance of a Kalman filter.
 
-use crate::dense::{Dense, congruence, symmetric};
 use supple_kernels::halt;
+
+use crate::dense::{Dense, congruence, symmetric};
 
 /// Steps before their number is doubled, beside two for every state.
 const FIRST_STEPS: usize = 30;

@@ -2,7 +2,7 @@
 
 use supple_kernels::{Matrices, halt, math};
 
-use super::free::matrix;
+use super::free::{matrix, of_matrix};
 use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
@@ -158,17 +158,15 @@ fn at(
     let n = system.dynamics.rows();
     let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
     let target = SHARE * settings.gap;
-    let mut found = match starts {
-        [] => near.as_ref().and_then(|near| search(&chain, near.place(&chain, budget)?, target, settings)),
-        _ => None,
-    };
-    if !starts.is_empty() {
+    let found = if starts.is_empty() {
+        near.as_ref().and_then(|near| search(&chain, near.place(&chain, budget)?, target, settings))
+    } else {
         let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
             what: "no covariances were found that keep it".into(),
             advice: "scale the states to similar sizes, or ask for a larger cost",
         })?;
-        found = search_from(&chain, &[factors], starts, target, settings);
-    }
+        search_from(&chain, &[factors], starts, target, settings)
+    };
     let found = certified(found, STEADY_ADVICE)?;
     *near = Nearby::of(&chain, &found, budget);
     let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
@@ -218,7 +216,7 @@ impl Stationary {
         let price = quotient.price(&matrix(&dense(&self.price, 0)));
         let of = |a: &Matrix| {
             let mut out = Matrices::constant(a.rows, a.cols);
-            store(&mut out, 0, &Dense::from_fn(a.rows, a.cols, |i, j| a.at(i, j)));
+            store(&mut out, 0, &of_matrix(a));
             out
         };
         let unpriced = &rows * dense(&self.unpriced, 0);

@@ -171,18 +171,10 @@ impl<M: Model> System for Authored<M> {
         self.program(&self.programs.step, |r| r.step()).run_single(&[x, u], phi, &mut [next]);
     }
 
-    fn step_all_over(
-        &self,
-        time_step: f64,
-        at: Points,
-        phi: &[f64],
-        next: &mut Matrices,
-        scratch: &mut Scratch,
-    ) -> bool {
+    fn step_all_over(&self, time_step: f64, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
         let program = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
         let phi = [&phi[..self.parameters], &[time_step]].concat();
         program.run(Batch { first: 0, count: at.stages }, (&at_points(at), &phi), (Some(next), &mut []), scratch);
-        true
     }
 
     fn advance(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {

@@ -168,9 +168,10 @@ pub trait System: Send + Sync {
         }
     }
 
-    /// [`System::step_all`] over a time step other than the system's own, s. Whether there is such a step.
-    fn step_all_over(&self, _time_step: f64, _: Points, _phi: &[f64], _next: &mut Matrices, _: &mut Scratch) -> bool {
-        false
+    /// [`System::step_all`] over a time step other than the system's own, s: of systems with [sub-steps](System::substeps).
+    /// Others have none, and say so by numbers that are none.
+    fn step_all_over(&self, _time_step: f64, _: Points, _phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
+        next.as_mut_slice().fill(f64::NAN);
     }
 
     /// `g(x)` at every state, vectors of length p.

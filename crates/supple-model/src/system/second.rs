@@ -25,7 +25,7 @@ impl DynamicsCurvature<'_> {
         let batch = Batch { first: 0, count: at.stages };
         let (x, u, after) = (at.states.into(), at.controls.into(), after(costates));
         let responses = respond(program, [joint, unknowns], (batch, &[x, u, after], phi), scratch);
-        let mut parts = Matrices::zeros(at.stages, second.rows(unknowns), unknowns);
+        let mut parts = Matrices::zeros(at.stages, second.rows, unknowns);
         second.program.run(batch, (&[x, u, after, (&responses).into()], phi), (Some(&mut parts), &mut []), scratch);
         dispatch(Compose { second, joint, unknowns, responses: &responses, parts: &mut parts, out });
     }
@@ -41,17 +41,6 @@ pub(super) fn respond(
     let mut responses = Matrices::zeros(batch.count, joint + 2, unknowns);
     program.run(batch, (sources, phi), (Some(&mut responses), &mut []), scratch);
     responses
-}
-
-impl SecondDerivatives {
-    /// Rows of [`SecondDerivatives::program`]'s results beside variables, for so many unknowns.
-    fn beside(&self, unknowns: usize) -> usize {
-        self.mixed.len() + if self.by_unknowns { unknowns } else { 0 }
-    }
-
-    fn rows(&self, unknowns: usize) -> usize {
-        self.beside(unknowns) + self.pairs.len().div_ceil(padded(unknowns).max(1))
-    }
 }
 
 /// Adds `L_zz + L_zw W + W' L_wz + W' L_ww W`, `L = lambda' F + mu' r`, the columns of `W` being the responses.

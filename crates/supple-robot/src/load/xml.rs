@@ -51,13 +51,14 @@ pub(super) fn cleaned(text: &str) -> (Cow<'_, str>, Vec<String>) {
     if blank.is_empty() {
         return (Cow::Borrowed(text), said);
     }
-    let mut cleaned = String::with_capacity(text.len());
-    for (byte, sign) in text.char_indices() {
-        match blank.iter().any(|range| range.contains(&byte)) && sign != '\n' {
-            true => (0..sign.len_utf8()).for_each(|_| cleaned.push(' ')),
-            false => cleaned.push(sign),
-        }
+    let (mut cleaned, mut from) = (String::with_capacity(text.len()), 0);
+    for range in blank {
+        cleaned.push_str(&text[from..range.start]);
+        // A byte for a byte.
+        cleaned.extend(text[range.clone()].bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }));
+        from = range.end;
     }
+    cleaned.push_str(&text[from..]);
     (Cow::Owned(cleaned), said)
 }
 

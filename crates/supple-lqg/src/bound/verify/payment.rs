@@ -66,19 +66,14 @@ fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() ->
         return Ok(roots.left);
     }
     let is_as_given = r == law.dynamics.rows && roots.least > ILL_CONDITIONED;
-    let ways = if is_as_given {
-        [Some(Priced::all(law, &roots)), None]
-    } else {
-        [false, true].map(|of_states| Some(Priced::some(law, &roots, of_states)))
-    };
-    let mut reason = None;
-    for priced in ways.into_iter().flatten() {
-        match priced.and_then(|priced| priced.paid_distance(r, is_stopped)) {
-            Err(why) if why != STOPPED => reason = Some(reason.unwrap_or(why)),
-            ended => return ended,
-        }
+    if is_as_given {
+        return Priced::all(law, &roots)?.paid_distance(r, is_stopped);
     }
-    Err(reason.unwrap_or_else(|| "the regulator has no cost".into()))
+    let some = |of_states| Priced::some(law, &roots, of_states).and_then(|priced| priced.paid_distance(r, is_stopped));
+    match some(false) {
+        Err(why) if why != STOPPED => some(true).map_err(|other| if other == STOPPED { other } else { why }),
+        ended => ended,
+    }
 }
 
 /// `R` of `S = R' c R`, `c` being diagonal and from 1 to 4, without directions that have no price.

@@ -43,6 +43,16 @@ impl Quotient {
         &self.kept
     }
 
+    /// `M`, n x (n - r), with `R M = 0`: what stands beside `xi`, by columns that are the identity in the other states.
+    pub fn beside(&self) -> Matrix {
+        let n = self.rows.cols;
+        let others: Vec<usize> = (0..n).filter(|j| !self.kept.contains(j)).collect();
+        Matrix::from_fn(n, others.len(), |i, k| match self.kept.iter().position(|&kept| kept == i) {
+            Some(row) => -self.rows.at(row, others[k]),
+            None => f64::from(u8::from(i == others[k])),
+        })
+    }
+
     /// The places of `(xi, u)` in `z`.
     fn places(&self, joint: usize) -> Vec<usize> {
         self.kept.iter().copied().chain(self.rows.cols..joint).collect()
@@ -109,18 +119,11 @@ impl Quotient {
 
     /// Whether what stands beside `xi` is exactly nothing to it.
     pub fn is_exact(&self, dynamics: &Matrix, cost: &Matrix) -> bool {
-        let (n, joint) = (self.rows.cols, dynamics.cols);
-        // `M`, with `R M = 0`.
-        let beside: Vec<usize> = (0..n).filter(|j| !self.kept.contains(j)).collect();
-        let left = Matrix::from_fn(n, beside.len(), |i, k| match self.kept.iter().position(|&kept| kept == i) {
-            Some(row) => -self.rows.at(row, beside[k]),
-            None => f64::from(u8::from(i == beside[k])),
-        });
-        let of_states = |a: &Matrix| Matrix::from_fn(a.rows, n, |i, j| a.at(i, j));
-        let left = Wides::<WORDS>::new(&left);
-        let carried = Wides::new(&self.rows).times(&Wides::new(&of_states(dynamics))).times(&left);
-        let paid = Wides::new(&of_states(cost)).times(&left);
-        debug_assert_eq!(cost.rows, joint);
+        debug_assert_eq!(cost.rows, dynamics.cols);
+        let of_states = |a: &Matrix| Matrix::from_fn(a.rows, self.rows.cols, |i, j| a.at(i, j));
+        let beside = Wides::<WORDS>::new(&self.beside());
+        let carried = Wides::new(&self.rows).times(&Wides::new(&of_states(dynamics))).times(&beside);
+        let paid = Wides::new(&of_states(cost)).times(&beside);
         carried.entries.iter().chain(&paid.entries).all(|entry| entry.is_zero())
     }
 }

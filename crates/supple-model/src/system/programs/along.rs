@@ -1,4 +1,4 @@
-//! Second derivatives of dynamics with many unknowns along one direction.
+//! Second derivatives of dynamics with many unknowns along one direction, and what all of them start from.
 
 use supple_kernels::graph::{Node, Program, Target, record, tangent, vjp};
 use supple_kernels::padded;

@@ -19,6 +19,8 @@ pub(in crate::system) struct SecondDerivatives {
     pub by_unknowns: bool,
     /// Pairs of variables of `z`, the greater number first.
     pub pairs: Vec<[usize; 2]>,
+    /// How many rows that takes.
+    pub rows: usize,
 }
 
 impl<M: Model> Recorder<'_, M> {
@@ -43,7 +45,8 @@ impl<M: Model> Recorder<'_, M> {
 
             let rows = mixed.iter().copied().chain(unknowns.clone().filter(|_| by_unknowns));
             let beside = |(place, a): (usize, usize)| (0..k).map(move |l| (place * stride + l, a, joint + l));
-            let packed = (mixed.len() + if by_unknowns { k } else { 0 }) * stride;
+            let unpacked = mixed.len() + if by_unknowns { k } else { 0 };
+            let packed = unpacked * stride;
             let places = rows.enumerate().flat_map(beside);
             let places = places.chain(pairs.iter().enumerate().map(|(i, &[a, b])| (packed + i, a, b)));
             let output = |(offset, a, b): (usize, usize, usize)| {
@@ -51,7 +54,8 @@ impl<M: Model> Recorder<'_, M> {
                 varies(a, b).then(|| (entry(a, b) * share, Target::Set { sink: 0, offset }))
             };
             let program = Program::compile(&places.filter_map(output).collect::<Vec<_>>());
-            SecondDerivatives { program, mixed, by_unknowns, pairs }
+            let rows = unpacked + pairs.len().div_ceil(stride.max(1));
+            SecondDerivatives { program, mixed, by_unknowns, pairs, rows }
         })
     }
 }

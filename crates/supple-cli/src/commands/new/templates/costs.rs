@@ -83,11 +83,11 @@ impl Draft<'_> {
             let _ = writeln!(text, "axes = {}", names(&shown));
         }
         let target: Vec<f64> = axes.iter().map(|&axis| target[axis]).collect();
-        let short = match self.travelled() {
+        let remark = match is_end.then(|| self.travelled()).flatten() {
             Some(by) => format!("m: {by:?} m away, half of the travel: the tool reaches no farther"),
             None => "m".to_owned(),
         };
-        said(text, &format!("target = {}", list(&target)), if is_end { &short } else { "m" });
+        said(text, &format!("target = {}", list(&target)), &remark);
         let always = if is_end { rules.travel } else { rules.tolerance };
         said(text, &format!("weight = {:?}", rules.weight(always)), &format!("tolerance {always:?} m"));
         if is_end {
