@@ -336,11 +336,13 @@ class Trust(Record):
         verdict: ``"holds"``, ``"doubtful"`` or ``"broken"``, as where roll-outs exceed the limit that the expected cost keeps.
         reasons: The findings, and what to try.
         rollouts_needed: About how many roll-outs are needed, if there are too few to tell.
+        substeps_advised: The ``substeps`` of the model to try, if roll-outs do something else on finer steps.
     """
 
     verdict: str
     reasons: list[str]
     rollouts_needed: int | None = None
+    substeps_advised: int | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -106,9 +106,9 @@ fn sizes_follow_from_the_reach_and_the_mass() {
     assert_near(distance(&target, &from), round(REACH / 10.0), "travel");
     for template in ["press", "insert", "wipe", "reach", "hold"] {
         let written = Written::of(&["--template", template]);
-        assert_eq!(written.number("tasks/0/steps"), 200.0);
-        let time = 200.0 * written.number("tasks/0/time_step");
-        assert!([1.0, 2.0].iter().any(|wanted| (time / wanted - 1.0).abs() < 1e-9), "{template}: {time} s");
+        let steps = written.number("tasks/0/steps");
+        let time = steps * written.number("tasks/0/time_step");
+        assert!([(1.0, 200.0), (2.0, 400.0)].contains(&(time, steps)), "{template}: {time} s, {steps} steps");
     }
     // Its weight makes a heavier tool sag by 2 cm on the softest mount, and by no more.
     let heavy = Written::of(&["--template", "press", "--wall", "+z", "--set", "mass=1"]);
@@ -122,7 +122,8 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         "a quarter of the sustained force, at most 10 N, and at most 10 N for a reach of 0.5 m; for `insert` a fifth of that",
         "| travel | `travel` | $L/10$ |",
         "| clearance at the start | `clearance` | 0: the tool starts where",
-        "1 s, in 200 steps; twice that if",
+        "1 s; twice that if",
+        "Steps of at most 5 ms, at least 200",
         "2 % of $m$, at most 5 kg",
         "Stiffer if on the softest mount the tool would sag by more than 2 cm, or swing at less than 1 Hz",
         "the force deflects it by $L/1000$; the lower bound is 40 times softer",
@@ -195,7 +196,8 @@ fn weights_follow_from_tolerances() {
     let press = Written::of(&["--template", "press"]);
     let cost = press.kind("tasks/0/costs", "contact_force");
     let (force, steps) = (number(&cost["target"]), press.number("tasks/0/steps"));
-    let weight = |tolerance: f64| 1.0 / (steps * tolerance * tolerance);
+    let weight_in = |written: &Written, tolerance: f64| 1.0 / (written.number("tasks/0/steps") * tolerance * tolerance);
+    let weight = |tolerance: f64| weight_in(&press, tolerance);
     let of = |written: &Written, kind: &str| number(&written.kind("tasks/0/costs", kind)["weight"]);
     assert_near(number(&cost["weight"]), weight(0.1 * force), "force");
     assert_near(number(&cost["smoothing"]), 0.1 * force, "smoothing of the target");
@@ -208,17 +210,18 @@ fn weights_follow_from_tolerances() {
     for template in ["wipe", "insert", "reach"] {
         let written = Written::of(&["--template", template]);
         let cost = written.kind("tasks/0/costs", "frame_point");
-        assert_near(number(&cost["weight"]), weight(travel), template);
+        assert_near(number(&cost["weight"]), weight_in(&written, travel), template);
         assert_near(number(&cost["final_weight"]), (0.05 * travel).powi(-2), template);
     }
     let handle = Written::of(&["--template", "handle"]);
-    assert_near(of(&handle, "coupling_force"), weight(0.2 * force), "force across the door");
+    assert_near(of(&handle, "coupling_force"), weight_in(&handle, 0.2 * force), "force across the door");
     let time = steps * press.number("tasks/0/time_step");
     assert_near(of(&press, "joint_velocity"), weight(round(10.0 * travel / (time * REACH))), "speed of joints");
     let command = press.kind("tasks/0/costs", "control");
     assert_near(number(&command["weight"]), weight(3.0 * round(travel / REACH)), "commands");
     assert_eq!(vector(&command["target"]).len(), 6);
-    assert_near(of(&Written::of(&["--template", "reach"]), "control"), weight(round(force * REACH)), "torques");
+    let reach = Written::of(&["--template", "reach"]);
+    assert_near(of(&reach, "control"), weight_in(&reach, round(force * REACH)), "torques");
     assert_said(&[
         "an expected cost of 16 corresponds to an average error of four tolerances",
         "| 10 % of the force; for `handle` 20 %, towards the hinge and along it |",
@@ -263,7 +266,7 @@ fn the_example_is_what_is_written() {
         format!("| force | {force} N |"),
         format!("| stiffness of the mount | {} N/m |", vector(press.at("parameters/k/bounds"))[1]),
         format!("| mass of the tool | {} kg |", press.number("model/insert/0/mass")),
-        format!("| duration | {:.1} s |", 200.0 * press.number("tasks/0/time_step")),
+        format!("| duration | {:.1} s |", press.number("tasks/0/steps") * press.number("tasks/0/time_step")),
         format!("| standard deviation of the wall position | {:.1} mm |", 1e3 * wall_sd),
         format!("| smoothing of the contact | {:.1} mm |", 1e3 * number(&contact["smoothing"])),
         format!("| stiffness of the wall | {} N/m |", number(&contact["stiffness"])),

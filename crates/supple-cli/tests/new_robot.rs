@@ -233,7 +233,9 @@ fn templates_have_limits_and_curves() {
     assert_eq!(limits[0]["kind"].as_str(), Some("joint_velocity"));
     assert_eq!(list(&limits[0]["upper"]), [3.0, 3.0, 3.0, 4.0, 4.0, 4.0]);
     assert_eq!(list(&limits[0]["lower"]), [-3.0, -3.0, -3.0, -4.0, -4.0, -4.0]);
-    assert_eq!(limits.len(), 1, "controls are commands");
+    // Controls are commands, and what the drives exert is limited beside them.
+    assert_eq!((limits[1]["kind"].as_str(), list(&limits[1]["upper"])[2]), (Some("drive_effort"), 60.0));
+    assert_eq!(limits.len(), 2);
     let (reach, _) = written(&folder, "reach", &["--robot", "arm.urdf", "--template", "reach"]);
     let reach: toml::Value = toml::from_str(&reach).unwrap();
     let torques = &reach["tasks"][0]["limits"][1];
@@ -416,11 +418,12 @@ fn tools_are_on_joints_with_motors() {
     let torques = limits.iter().find(|limit| limit["kind"].as_str() == Some("control")).unwrap();
     let upper: Vec<f64> = torques["upper"].as_array().unwrap().iter().map(|one| one.as_float().unwrap()).collect();
     assert_eq!(upper, [20.0, 15.0], "{text}");
-    // Of position control they are told, and the file does not say that there are none.
+    // With position control they are limits too, and the file does not say that there are none.
     let run = folder.run(&["new", "press", "--robot", "reacher.xml", "--template", "press"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let text = std::fs::read_to_string(folder.path("press.toml")).unwrap();
-    assert!(text.contains("#     shoulder: 20.0 N m\n#     elbow: 15.0 N m\n"), "{text}");
+    let efforts = "kind = \"drive_effort\"\nselect = [\"shoulder\", \"elbow\"]\nlower = [-20.0, -15.0]";
+    assert!(text.contains(efforts) && text.contains("upper = [20.0, 15.0]"), "{text}");
     assert!(text.contains("specifies no speed limits") && !text.contains("no speed or effort limits"), "{text}");
 }
 

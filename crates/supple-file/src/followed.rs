@@ -79,7 +79,7 @@ impl Reader<'_> {
                 return Err(self.error("lower", message));
             }
         }
-        Ok(Followed { quantity, limits: Some(limits), enforced: enforce })
+        Ok(Followed { limits: Some(limits), enforced: enforce, ..Followed::curve(quantity) })
     }
 }
 

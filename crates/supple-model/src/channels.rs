@@ -49,6 +49,16 @@ impl Channels {
     }
 }
 
+/// A drive of a joint, which a control commands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// Its name, and the unit of the torque or force that it exerts.
+    pub channel: Channel,
+    /// The least and the most that it may exert, where its control says something else, such as a position; infinite
+    /// where nothing limits that, and where [`Limit`]s of the control do.
+    pub effort: [f64; 2],
+}
+
 /// Bounds of a state or control that the real thing has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {

@@ -3,7 +3,7 @@
 use crate::Value;
 use crate::channels::Channel;
 use crate::cost::Cost;
-use crate::quantity::{Quantity, Vocabulary};
+use crate::quantity::{DriveEffort, Quantity, Unfit, Vocabulary};
 
 /// A quantity that is followed.
 #[derive(Clone, Debug)]
@@ -14,12 +14,14 @@ pub struct Followed {
     pub limits: Option<[Vec<Value>; 2]>,
     /// Whether plans keep its limits, and not only reports tell of them.
     pub enforced: bool,
+    /// Whether the limits are those of the model, and the task asks for none.
+    pub is_of_model: bool,
 }
 
 impl Followed {
     /// A quantity that is shown.
     pub fn curve(quantity: impl Into<Quantity>) -> Self {
-        Self { quantity: quantity.into(), limits: None, enforced: false }
+        Self { quantity: quantity.into(), limits: None, enforced: false, is_of_model: false }
     }
 
     /// A quantity whose entries must stay between two numbers, either of which may be infinite.
@@ -27,7 +29,24 @@ impl Followed {
         let quantity = quantity.into();
         let count = quantity.len();
         let limits = Some([vec![lower.into(); count], vec![upper.into(); count]]);
-        Self { quantity, limits, enforced: false }
+        Self { limits, ..Self::curve(quantity) }
+    }
+
+    /// What the efforts of drives stay within by the [model](crate::channels::Drive::effort), where their controls are
+    /// something else; none where nothing limits them.
+    ///
+    /// # Errors
+    /// Where the model lacks the signal of a drive.
+    pub fn efforts(vocabulary: &Vocabulary) -> Result<Option<Self>, Unfit> {
+        let limited = vocabulary.drives.iter().filter(|drive| drive.effort.iter().any(|end| end.is_finite()));
+        let (names, ends): (Vec<String>, Vec<[f64; 2]>) =
+            limited.map(|drive| (drive.channel.name.clone(), drive.effort)).unzip();
+        if names.is_empty() {
+            return Ok(None);
+        }
+        let side = |side: usize| ends.iter().map(|ends| Value::Number(ends[side])).collect();
+        let limits = Some([side(0), side(1)]);
+        Ok(Some(Self { limits, is_of_model: true, ..Self::curve(DriveEffort::of(Some(names), vocabulary)?) }))
     }
 
     /// The same, its limits kept by plans.
@@ -95,7 +114,7 @@ fn is_infinite(bound: &Value) -> bool {
 pub struct FollowedNumber {
     /// What it is.
     pub channel: Channel,
-    /// What asks for it: `cost 2`, `limit 1`, `curve 3`, counted from 1.
+    /// What asks for it: `cost 2`, `limit 1`, `curve 3`, counted from 1, and `robot` for limits of the model.
     pub of: String,
     /// Where a cost wants it.
     pub target: Option<f64>,
@@ -125,14 +144,19 @@ pub fn numbers(costs: &[Cost], followed: &[Followed], vocabulary: &Vocabulary, p
         }
     }
     let mut counts = [0; 2];
-    for Followed { quantity, limits, .. } in followed {
+    for Followed { quantity, limits, is_of_model, .. } in followed {
         let (count, what) = if limits.is_some() { (&mut counts[0], "limit") } else { (&mut counts[1], "curve") };
-        *count += 1;
+        let of = if *is_of_model {
+            "robot".to_owned()
+        } else {
+            *count += 1;
+            format!("{what} {count}")
+        };
         for (entry, channel) in quantity.channels(vocabulary).into_iter().enumerate() {
             let resolve = |side: usize| limits.as_ref().map_or(FREE[side], |limits| limits[side][entry].resolve(phi));
             numbers.push(FollowedNumber {
                 channel,
-                of: format!("{what} {count}"),
+                of: of.clone(),
                 target: None,
                 limits: [resolve(0), resolve(1)],
                 depends_on_control: quantity.depends_on_control(),

@@ -59,7 +59,7 @@ pub mod system;
 mod trajectory;
 pub mod value;
 
-pub use channels::{Channel, Channels, Limit, Limited};
+pub use channels::{Channel, Channels, Drive, Limit, Limited};
 pub use contacts::{Contact, ContactReport, ContactState, NEGLIGIBLE_FORCE, WantedForce};
 pub use document::FileError;
 pub use lenient::or_nan;
@@ -68,7 +68,9 @@ pub use model::{
     Instruction, Kinds, Linear, PlainFile, Recorded, RecordedParts, Tape, TapeError, TapeParts, TwoMass, coupling,
 };
 pub use parameters::{Named, Price, PriceReport};
-pub use physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, Model, OwnCost, POWER, Point, Sensed, frame_signals};
+pub use physics::{
+    CENTER_OF_MASS, EFFORT, FRAME_SIGNALS, FileSensor, Model, OwnCost, POWER, Point, Sensed, frame_signals,
+};
 pub use supple_kernels::{Matrices, Scalar, Scratch};
 pub use supple_lqg::Dimensions;
 pub use trajectory::{Trajectory, time_of};

@@ -3,7 +3,7 @@
 use supple_kernels::{Ldl, Scalar};
 use supple_lqg::Dimensions;
 
-use crate::channels::{Channels, Limit};
+use crate::channels::{Channels, Drive, Limit};
 use crate::contacts::{Contact, ContactState};
 use crate::scene::Picture;
 use crate::value::Value;
@@ -56,6 +56,9 @@ pub const CENTER_OF_MASS: [&str; 3] = ["center_of_mass_x", "center_of_mass_y", "
 
 /// How the signal of a drive's mechanical power, W, begins; the drive's name follows.
 pub const POWER: &str = "power_";
+
+/// How the signal of the torque or force that a drive exerts on its joint, N m or N, begins; the drive's name follows.
+pub const EFFORT: &str = "effort_";
 
 /// A sensor of a robot's file.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,7 +156,7 @@ pub trait Model: Send + Sync + 'static {
     }
 
     /// Names of the signals: what sensors and costs may use beside state and control, such as a contact's penetration.
-    /// Only those of [`POWER`] may depend on the control.
+    /// Only those of [`POWER`] and [`EFFORT`] may depend on the control.
     fn signals(&self) -> Vec<String> {
         Vec::new()
     }
@@ -230,9 +233,9 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Names of the drives, each with a signal [`POWER`]`NAME`, in the order of the controls; none where they have no
-    /// joints.
-    fn drive_names(&self) -> Vec<String> {
+    /// The drives, each with signals [`EFFORT`]`NAME` and [`POWER`]`NAME`, in the order of the controls; none where they
+    /// have no joints.
+    fn drives(&self) -> Vec<Drive> {
         Vec::new()
     }
 

@@ -98,11 +98,11 @@ pub use supple_kernels::{Level, Matrices, Scalar, Scratch, halt, math};
 pub use supple_lqg as lqg;
 pub use supple_lqg::Dimensions;
 pub use supple_model::{
-    CENTER_OF_MASS, Channel, Channels, Contact, ContactReport, ContactState, FRAME_SIGNALS, FileError, FileSensor,
-    Instruction, Kinds, Limit, LimitViolation, Limited, Linear, Model, NEGLIGIBLE_FORCE, Named, Names, OwnCost, POWER,
-    ParameterHandle, PlainFile, Point, Price, PriceReport, Recorded, RecordedParts, Sensed, Tape, TapeError, TapeParts,
-    Trajectory, TwoMass, Value, WantedForce, cost, coupling, followed, frame_signals, is_name, limits_violated, noise,
-    or_nan, parameters, quantity, scene, system, time_of,
+    CENTER_OF_MASS, Channel, Channels, Contact, ContactReport, ContactState, Drive, EFFORT, FRAME_SIGNALS, FileError,
+    FileSensor, Instruction, Kinds, Limit, LimitViolation, Limited, Linear, Model, NEGLIGIBLE_FORCE, Named, Names,
+    OwnCost, POWER, ParameterHandle, PlainFile, Point, Price, PriceReport, Recorded, RecordedParts, Sensed, Tape,
+    TapeError, TapeParts, Trajectory, TwoMass, Value, WantedForce, cost, coupling, followed, frame_signals, is_name,
+    limits_violated, noise, or_nan, parameters, quantity, scene, system, time_of,
 };
 pub use supple_robot as robot;
 pub use touching::{contact_reports, contact_warnings, misses_contact};

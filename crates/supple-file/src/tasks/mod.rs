@@ -9,7 +9,9 @@ use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
+
 use supple_model::document::{Content, Document, Place};
+use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
@@ -61,8 +63,8 @@ pub(super) struct TaskFile {
     /// Initial guess of the controls: one row for all steps, or one row per step; default: controls that hold the
     /// initial state, such as torques that support the robot's weight.
     initial_control: Option<Guess>,
-    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints, and
-    /// the ranges of the actuators of its file.
+    /// Whether plans keep the limits that the model has of its controls and drives: a robot's are the efforts of its
+    /// joints, and the ranges of the actuators of its file.
     #[serde(default)]
     enforce_effort_limits: bool,
     /// What the noise of process and measurement and the weights of stages are per. Those per second stay what they are
@@ -175,7 +177,11 @@ impl Reader<'_> {
         let vocabulary = model.vocabulary();
         let quantities = &self.kinds.quantities;
         let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
-        let followed = followed::read((self.document, self.index), &context)?;
+        let mut followed = followed::read((self.document, self.index), &context)?;
+        let efforts = Followed::efforts(&vocabulary).map_err(|unfit| self.error(&[], unfit.to_string()))?;
+        let efforts = efforts.map(|efforts| Followed { enforced: file.enforce_effort_limits, ..efforts });
+        let limits_efforts = efforts.is_some();
+        followed.extend(efforts);
         let states = &vocabulary.states;
         let first = FirstState { document: self.document, index: self.index, parameters: self.parameters, model };
         let initial_state = first.read(file.initial_state)?;
@@ -201,7 +207,7 @@ impl Reader<'_> {
         };
         let system = model.system((costs, followed), file.time_step, self.parameters.len());
         let control_bounds = bounds_of(&system.limits(), size.controls).filter(|_| file.enforce_effort_limits);
-        if file.enforce_effort_limits && control_bounds.is_none() {
+        if file.enforce_effort_limits && control_bounds.is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
         }

@@ -6,6 +6,7 @@ use supple_lqg::Dimensions;
 use super::{AnyModel, Channel, Channels, FileSensor, Limit, Model, ModelFile, OwnCost, Point, Start};
 
 use crate::Value;
+use crate::channels::Drive;
 use crate::contacts::{Contact, ContactState};
 use crate::cost::Cost;
 use crate::followed::Followed;
@@ -200,8 +201,8 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.motors()
     }
 
-    fn drive_names(&self) -> Vec<String> {
-        self.model.drive_names()
+    fn drives(&self) -> Vec<Drive> {
+        self.model.drives()
     }
 
     fn file_sensors(&self) -> Vec<FileSensor> {

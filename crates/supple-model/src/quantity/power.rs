@@ -27,19 +27,8 @@ impl QuantityFile for Power {
     const OF_CONTROL: bool = true;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
-        let drives = &vocabulary.drives;
-        if drives.is_empty() {
-            return Err(Unfit::new("kind", "the model has no drives of joints"));
-        }
-        let select = file.select.unwrap_or_else(|| drives.clone());
-        if select.is_empty() {
-            return Err(Unfit::new("select", "name at least one drive"));
-        }
-        if let Some(name) = select.iter().find(|name| !drives.contains(name)) {
-            return Err(Unfit::unknown("select", &format!("the robot has no drive `{name}`"), name, drives));
-        }
-        let names: Vec<String> = select.iter().map(|name| format!("{POWER}{name}")).collect();
-        Ok(Self { selected: vocabulary.signals_of(&names)? })
+        let (_, selected) = vocabulary.selected_drives(file.select, POWER)?;
+        Ok(Self { selected })
     }
 }
 

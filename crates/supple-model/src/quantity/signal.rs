@@ -3,7 +3,7 @@ use supple_kernels::Scalar;
 
 use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
 use crate::channels::Channel;
-use crate::physics::{POWER, Point};
+use crate::physics::{EFFORT, POWER, Point};
 
 /// Signals of the model: what it computes beside its states.
 #[derive(Clone, Debug)]
@@ -37,7 +37,8 @@ impl QuantityFile for Signal {
         }
         let selected = vocabulary.signals_of(&file.select)?;
         let of_drive = |name: &String| {
-            name.strip_prefix(POWER).is_some_and(|drive| vocabulary.drives.iter().any(|other| other == drive))
+            let drive = name.strip_prefix(POWER).or_else(|| name.strip_prefix(EFFORT));
+            drive.is_some_and(|drive| vocabulary.drives.iter().any(|other| other.channel.name == drive))
         };
         let depends_on_control = file.select.iter().any(of_drive);
         Ok(Self { selected, depends_on_control })

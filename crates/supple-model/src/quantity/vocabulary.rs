@@ -2,7 +2,7 @@
 
 use supple_text::{nearest, owned};
 
-use crate::channels::{Channel, Channels};
+use crate::channels::{Channel, Channels, Drive};
 use crate::document::{Document, FileError, Place};
 use crate::physics::{FileSensor, Model, frame_signals, locked_message};
 
@@ -25,8 +25,8 @@ pub struct Vocabulary {
     pub couplings: Vec<String>,
     /// Elastic joints, and the elements of compliance of which `q.NAME` and `v.NAME` are states of their motors.
     pub motors: Vec<(String, String)>,
-    /// Names of the drives, in the order of the controls; none where they have no joints.
-    pub drives: Vec<String>,
+    /// The drives, in the order of the controls; none where they have no joints.
+    pub drives: Vec<Drive>,
     /// Sensors of the robot's file.
     pub file_sensors: Vec<FileSensor>,
 }
@@ -84,7 +84,7 @@ impl Vocabulary {
             signals: model.signals(),
             couplings: model.coupling_names(),
             motors: model.motors(),
-            drives: model.drive_names(),
+            drives: model.drives(),
             file_sensors: model.file_sensors(),
         }
     }
@@ -167,6 +167,31 @@ impl Vocabulary {
             place.ok_or_else(|| Unfit::unknown("select", &what, name, &self.signals))
         };
         names.iter().map(find).collect()
+    }
+
+    /// The places of the drives with these names, or of all where none are given, and of their signals that begin with
+    /// `prefix`; at least one.
+    pub(super) fn selected_drives(
+        &self,
+        select: Option<Vec<String>>,
+        prefix: &str,
+    ) -> Result<(Vec<usize>, Vec<usize>), Unfit> {
+        if self.drives.is_empty() {
+            return Err(Unfit::new("kind", "the model has no drives of joints"));
+        }
+        let names: Vec<&str> = self.drives.iter().map(|drive| drive.channel.name.as_str()).collect();
+        let find = |name: &String| {
+            let place = names.iter().position(|other| other == name);
+            place.ok_or_else(|| Unfit::unknown("select", &format!("the robot has no drive `{name}`"), name, &names))
+        };
+        let drives: Vec<usize> = match select {
+            None => (0..names.len()).collect(),
+            Some(select) if select.is_empty() => return Err(Unfit::new("select", "name at least one drive")),
+            Some(select) => select.iter().map(find).collect::<Result<_, _>>()?,
+        };
+        let signals: Vec<String> = drives.iter().map(|&drive| format!("{prefix}{}", names[drive])).collect();
+        let signals = self.signals_of(&signals)?;
+        Ok((drives, signals))
     }
 
     /// The places and names of an element's signals: of its deflections, or all others.

@@ -33,6 +33,9 @@ pub struct Trust {
     /// Where there are too few roll-outs to tell, which is then one of the reasons: about how many are needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rollouts_needed: Option<usize>,
+    /// Where roll-outs do something else on finer steps, which is then one of the reasons: the sub-steps of the model to try.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub substeps_advised: Option<usize>,
 }
 
 /// Whether the linearisation holds that information and expected cost are computed with.
@@ -95,25 +98,34 @@ impl Trust {
             let advice = "try less initial uncertainty or process noise, softer contacts (`stiffness`, `smoothing`), or a \
                           smaller weight on the quantity that the feedback tracks";
             broken.push(advice.to_owned());
-            return Self { verdict: Verdict::Broken, reasons: broken, rollouts_needed: None };
+            let (rollouts_needed, substeps_advised) = (None, None);
+            return Self { verdict: Verdict::Broken, reasons: broken, rollouts_needed, substeps_advised };
         }
-        let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, finer, substeps.unwrap_or(1)));
+        let substeps = SUBSTEPS * substeps.unwrap_or(1);
+        let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, finer, substeps));
+        let substeps_advised = coarse.as_ref().map(|_| substeps);
         let of_limit = limit_exceeded(predicted, sampled);
         let broken_by_steps = coarse.as_ref().filter(|(verdict, _)| *verdict == Verdict::Broken);
         if let Some(reason) = broken_by_steps.map(|(_, reason)| reason.clone()).or(of_limit) {
-            return Self { verdict: Verdict::Broken, reasons: vec![reason], rollouts_needed: None };
+            return Self { verdict: Verdict::Broken, reasons: vec![reason], rollouts_needed: None, substeps_advised };
         }
         let rollouts_needed = rollouts_needed(predicted, sampled);
         let mut reasons = doubts(predicted, sampled, rollouts_needed);
         reasons.extend(coarse.map(|(_, reason)| reason));
         let verdict = if reasons.is_empty() { Verdict::Holds } else { Verdict::Doubtful };
-        Self { verdict, reasons, rollouts_needed }
+        Self { verdict, reasons, rollouts_needed, substeps_advised }
     }
 
     /// Whether the only doubt is that there are too few roll-outs.
     #[must_use]
     pub fn needs_only_rollouts(&self) -> bool {
         self.rollouts_needed.is_some() && self.reasons.len() == 1
+    }
+
+    /// Whether the only doubt is that steps are too long.
+    #[must_use]
+    pub fn needs_only_substeps(&self) -> bool {
+        self.substeps_advised.is_some() && self.reasons.len() == 1
     }
 }
 
@@ -133,7 +145,7 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
 /// What is wrong where the same roll-outs do not cost the same on a plant of finer steps, and what to try.
 fn too_coarse(predicted: &Predicted, finer: &FinerSteps, substeps: usize) -> Option<(Verdict, String)> {
     let &FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = finer;
-    let advice = format!("try `substeps = {}` in [model], or a smaller `time_step`", SUBSTEPS * substeps);
+    let advice = format!("try `substeps = {substeps}` in [model], or a smaller `time_step`");
     if diverged > 0 {
         let what = format!("{diverged} of {rollouts} roll-outs diverge on a plant of {times} times finer steps");
         return Some((Verdict::Broken, format!("{what}, which the steps of this task damp; {advice}")));

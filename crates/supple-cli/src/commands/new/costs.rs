@@ -1,8 +1,8 @@
 //! What tasks cost with and without the designed sensor, and the limit between.
 
-use supple::Problem;
 use supple::design::{Attempts, plan_at};
 use supple::pipeline::TaskState;
+use supple::{Matrices, Problem};
 
 use super::rules::four_digits;
 use super::templates::Limit;
@@ -32,14 +32,19 @@ impl Costs {
         let [soft, most] = problem.parameters.get(k).bounds;
         let [precise, coarse] = problem.parameters.get(sensor).bounds;
         let task = &problem.tasks[0];
-        // The plan is the same whatever the noise.
-        let costs = |stiffness: f64| {
+        // The plan is the same whatever the noise, and near that of the stiffness before.
+        let mut before: Option<Matrices> = None;
+        let mut costs = |stiffness: f64| {
             let (mut phi, mut state) = (stiff.to_vec(), TaskState::new(task));
             (phi[k], phi[sensor]) = (stiffness, precise);
-            let planned = plan_at(problem, task, &phi, None, Attempts::default(), &mut state);
-            if planned.is_err() || !state.plan.status.is_converged() {
+            let mut plans = |controls: Option<&Matrices>| {
+                let planned = plan_at(problem, task, &phi, controls, Attempts::default(), &mut state);
+                planned.is_ok() && state.plan.status.is_converged()
+            };
+            if !before.as_ref().is_some_and(|before| plans(Some(before))) && !plans(None) {
                 return [f64::INFINITY; 2];
             }
+            before = Some(state.plan.trajectory.controls.clone());
             let with = state.cost.expected();
             phi[sensor] = coarse;
             let without = state.assess(task, &phi).map_or(f64::INFINITY, |()| state.cost.expected());

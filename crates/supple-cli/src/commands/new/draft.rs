@@ -21,8 +21,11 @@ use crate::template::Template;
 
 /// Postures that are evaluated at most.
 const TRIES: usize = 6;
-/// Greatest factor on the duration of a task, where its plan exceeds limits of the robot.
-const SLOWEST: f64 = 2.0;
+/// Postures that are evaluated at most where the plan can be used, though it falls short of what the template asks for.
+const FEW_TRIES: usize = 2;
+/// What is tried where a plan exceeds limits of the robot: a factor on the duration of the task, and whether the plan keeps
+/// the limits.
+const CORRECTIONS: [(f64, bool); 3] = [(1.0, false), (2.0, false), (2.0, true)];
 /// Greatest factor on the smoothing length of the contact, where roll-outs find the linearisation doubtful, and its step.
 const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
@@ -64,27 +67,23 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
     let most = found.len().min(TRIES);
     for (number, start) in found.iter().take(TRIES).enumerate() {
         bar.say(&format!("planning the task in posture {} of at most {most}", number + 1));
-        let draft = |rules: &Rules, enforced: bool| {
-            let draft = Draft {
-                template,
-                title,
-                file: relative(file, folder),
-                package_roots: asked.package_roots.iter().map(|root| relative(root, folder)).collect(),
-                limb: &limb,
-                start,
-                rules,
-                limit: None,
-                enforced,
-                first: None,
-                rollouts: (template == Template::Reach).then_some(MANY),
-            };
-            Tried::of(&draft, path)
+        let draft = |rules: Rules, enforced: bool| Draft {
+            template,
+            title,
+            file: relative(file, folder),
+            package_roots: asked.package_roots.iter().map(|root| relative(root, folder)).collect(),
+            limb: &limb,
+            start,
+            rules,
+            limit: None,
+            enforced,
+            first: None,
+            rollouts: (template == Template::Reach).then_some(MANY),
         };
-        let tried = best_at(|longer| Rules::of(&limb, start, template, &asked.set, longer), draft, template)?;
-        let found = better(best, tried);
-        let is_good = found.faults.is_empty();
-        best = Some(found);
-        if is_good {
+        let rules = |longer| Rules::of(&limb, start, template, &asked.set, longer);
+        best = better(best, best_at(rules, draft, (template, path))?);
+        let is_enough = |best: &Tried| best.faults.is_empty() || number + 1 >= FEW_TRIES && best.is_sound();
+        if best.as_ref().is_some_and(is_enough) {
             break;
         }
     }
@@ -178,37 +177,79 @@ fn limb(whole: &Planning, template: Template, file: &Path, asked: &Asked) -> Res
     Ok(limb)
 }
 
-/// The best draft at a posture: by the rules; slower where the plan exceeds limits of the robot, and with these limits
-/// enforced where it still does; with a longer smoothing of
-/// the contact where the linearisation is doubtful.
-fn best_at(
+/// The best draft at a posture: one that keeps the limits of the robot, with a longer smoothing of the contact where the
+/// linearisation is doubtful.
+fn best_at<'a>(
     rules: impl Fn(f64) -> Result<Rules, Failure>,
-    draft: impl Fn(&Rules, bool) -> Result<Tried, Failure>,
-    template: Template,
-) -> Result<Tried, Failure> {
-    let (mut slower, mut longer, mut enforced) = (1.0, 1.0, false);
-    let mut best: Option<Tried> = None;
+    draft: impl Fn(Rules, bool) -> Draft<'a>,
+    (template, path): (Template, &str),
+) -> Result<Option<Tried>, Failure> {
+    let (mut longer, mut correction) = (1.0, 0);
+    let mut best = None;
     loop {
-        let mut rules = rules(longer)?;
-        rules.time *= slower;
-        let tried = draft(&rules, enforced)?;
-        if tried.is_limited && slower < SLOWEST {
-            slower = SLOWEST;
-        } else if tried.is_limited && !enforced {
-            enforced = true;
-        } else if tried.is_doubtful() && template.touches() && longer * LONGER <= LONGEST {
-            longer *= LONGER;
-        } else {
-            return Ok(better(best, tried));
+        let rules = rules(longer)?;
+        let tried = within_limits(&rules, &draft, &mut correction, path)?;
+        let is_doubtful = tried.as_ref().is_some_and(|tried| tried.is_doubtful() && !tried.is_coarse());
+        best = better(best, tried);
+        longer *= LONGER;
+        if !is_doubtful || !template.touches() || longer > LONGEST {
+            return Ok(best);
         }
-        best = Some(better(best, tried));
     }
 }
 
-fn better(best: Option<Tried>, tried: Tried) -> Tried {
-    match best {
-        Some(best) if best.rank() <= tried.rank() => best,
-        _ => tried,
+/// The first of the [`CORRECTIONS`] from a number on, which becomes that of the one that was found, of which the plan keeps
+/// the limits of the robot.
+fn within_limits<'a>(
+    rules: &Rules,
+    draft: &impl Fn(Rules, bool) -> Draft<'a>,
+    from: &mut usize,
+    path: &str,
+) -> Result<Option<Tried>, Failure> {
+    let corrected = |number: usize| {
+        let (slower, enforced) = CORRECTIONS[number];
+        draft(Rules { time: slower * rules.time, ..rules.clone() }, enforced)
+    };
+    let (last, mut best, mut skipped) = (CORRECTIONS.len() - 1, None, None);
+    for number in *from..=last {
+        *from = number;
+        let draft = corrected(number);
+        // Nothing else is asked of a draft that exceeds limits while there is a correction.
+        if number < last && exceeds_limits(&draft, path)? {
+            skipped = Some(number);
+            continue;
+        }
+        let tried = Tried::of(&draft, path)?;
+        let is_limited = tried.is_limited;
+        best = better(best, Some(tried));
+        if !is_limited {
+            break;
+        }
+    }
+    // A plan beyond limits is better than none.
+    if let Some(number) = skipped
+        && best.as_ref().is_none_or(|best| !best.converged || !best.touches)
+    {
+        best = better(best, Some(Tried::of(&corrected(number), path)?));
+    }
+    Ok(best)
+}
+
+/// Whether the plan of a draft exceeds limits of the robot.
+fn exceeds_limits(draft: &Draft, path: &str) -> Result<bool, Failure> {
+    let problem = supple_file::parse(&draft.text(), path)?;
+    let options = EvaluateOptions { rollouts: 0, ..Default::default() };
+    let evaluation = problem.evaluate(&problem.parameters.initial(), &options);
+    Ok(evaluation.is_ok_and(|evaluation| {
+        let task = &evaluation.tasks[0];
+        task.status.is_converged() && !task.limits_violated.is_empty()
+    }))
+}
+
+fn better(best: Option<Tried>, tried: Option<Tried>) -> Option<Tried> {
+    match (best, tried) {
+        (Some(best), Some(tried)) => Some(if best.rank() <= tried.rank() { best } else { tried }),
+        (best, tried) => best.or(tried),
     }
 }
 
@@ -234,15 +275,19 @@ impl Tried {
         let costs = Costs::of(&problem, &phi);
         let Costs { stiff, precise, coarse, .. } = costs;
         let limit = limit(precise, coarse, draft.rules.margin);
-        let first = (stiff > limit.bound && costs.best.is_finite()).then_some(costs.best);
-        if let (Some(first), Ok(k)) = (first, problem.parameters.index("k")) {
-            phi[k] = first;
-        }
-        let evaluate = |rollouts: usize| {
-            problem.evaluate(&phi, &EvaluateOptions { rollouts, trajectories: true, ..Default::default() })
+        let mut first = (stiff > limit.bound && costs.best.is_finite()).then_some(costs.best);
+        let evaluate = |phi: &[f64], rollouts: usize| {
+            problem.evaluate(phi, &EvaluateOptions { rollouts, trajectories: true, ..Default::default() })
         };
+        if let (Some(found), Ok(k)) = (first, problem.parameters.index("k")) {
+            let stiff = std::mem::replace(&mut phi[k], found);
+            // The plan was found from that of another stiffness, and a search begins without it.
+            if !evaluate(&phi, 0).is_ok_and(|evaluation| evaluation.tasks[0].status.is_converged()) {
+                (first, phi[k]) = (None, stiff);
+            }
+        }
         let rollouts = problem.rollouts(None);
-        let mut evaluation = match evaluate(rollouts) {
+        let mut evaluation = match evaluate(&phi, rollouts) {
             Ok(evaluation) => evaluation,
             Err(error) => {
                 let (text, faults) = (String::new(), vec![error.to_string()]);
@@ -261,7 +306,7 @@ impl Tried {
         let needs_more = evaluation.tasks[0].trust.as_ref().is_some_and(Trust::needs_only_rollouts);
         if needs_more
             && rollouts < MANY
-            && let Ok(more) = evaluate(MANY)
+            && let Ok(more) = evaluate(&phi, MANY)
         {
             evaluation = more;
             draft.rollouts = Some(MANY);
@@ -290,6 +335,16 @@ impl Tried {
     fn is_doubtful(&self) -> bool {
         let doubted = |trust: &Trust| trust.verdict != Verdict::Holds && !trust.needs_only_rollouts();
         self.converged && self.trust.as_ref().is_some_and(doubted)
+    }
+
+    /// Whether the plan can be trusted and a robot can follow it.
+    fn is_sound(&self) -> bool {
+        self.converged && self.touches && !self.is_limited && !self.is_doubtful()
+    }
+
+    /// Whether roll-outs find the steps too long, and no other fault of the linearisation.
+    fn is_coarse(&self) -> bool {
+        self.trust.as_ref().is_some_and(Trust::needs_only_substeps)
     }
 
     /// The less, the better.

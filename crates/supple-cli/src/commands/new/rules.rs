@@ -26,8 +26,10 @@ const SOFTER: f64 = 40.0;
 const WALL: f64 = 0.005;
 const TIP: f64 = 0.002;
 const DEFLECTION: f64 = 0.02;
-/// Steps of a task.
-pub const STEPS: usize = 200;
+/// Steps of a task at least and at most, and between them how long each is at most, s: longer ones are too coarse for drives
+/// of 10 Hz and for mounts.
+const STEPS: [usize; 2] = [200, 2000];
+const STEP: f64 = 5e-3;
 /// Stiffness of the mount of a tool that moves freely, as a share of that of one that presses.
 const FREE: f64 = 0.2;
 /// Share of the time within which joints reach the speed that matters.
@@ -181,9 +183,16 @@ impl Rules {
         Ok(name)
     }
 
+    /// How many steps it takes.
+    pub fn steps(&self) -> usize {
+        let [least, most] = STEPS;
+        // But for rounding.
+        ((self.time / STEP - 1e-6).ceil() as usize).clamp(least, most)
+    }
+
     /// Time step, s.
     pub fn time_step(&self) -> f64 {
-        four_digits(self.time / STEPS as f64)
+        four_digits(self.time / self.steps() as f64)
     }
 
     /// The softest mount, N/m: the force deflects it by 40 times the deflection of the stiff one.
@@ -208,7 +217,7 @@ impl Rules {
 
     /// The weight of a term: 1 where it is off by `tolerance` all the time.
     pub fn weight(&self, tolerance: f64) -> f64 {
-        four_digits(1.0 / (STEPS as f64 * tolerance * tolerance))
+        four_digits(1.0 / (self.steps() as f64 * tolerance * tolerance))
     }
 
     /// The weight of a final term: 1 where it is off by `tolerance` at the end.

@@ -24,7 +24,7 @@ pub struct Draft<'a> {
     pub package_roots: Vec<String>,
     pub limb: &'a Limb,
     pub start: &'a Start,
-    pub rules: &'a Rules,
+    pub rules: Rules,
     /// The limit of the cost, and what it was found from.
     pub limit: Option<Limit>,
     /// Whether plans keep the limits of the robot.

@@ -7,7 +7,7 @@ use supple_robot::{Actuator, Law};
 
 use super::Robot;
 use crate::model::Limit;
-use crate::{Channel, Point, Value};
+use crate::{Channel, Point, Value, channels};
 
 /// A drive: one control.
 #[derive(Clone, Debug)]
@@ -114,9 +114,43 @@ impl Robot {
         self.bodies.robot.actuators.get(drive.actuator.as_ref()?.index)
     }
 
+    /// The name of a drive: that of its joint or actuator.
+    fn drive_name(&self, drive: &Drive) -> &str {
+        match self.actuator_of(drive) {
+            Some(actuator) => &actuator.name,
+            None => &self.bodies.tree.joints()[drive.dof],
+        }
+    }
+
+    /// Units of the position and the effort of a drive.
+    fn units(&self, drive: &Drive) -> [&'static str; 2] {
+        if self.bodies.slides(drive.dof) { ["m", "N"] } else { ["rad", "N m"] }
+    }
+
+    /// A drive, and what it may exert by the effort of its joint and the force range of the actuator.
+    pub(super) fn described_drive(&self, drive: &Drive) -> channels::Drive {
+        let mut effort = [f64::NEG_INFINITY, f64::INFINITY];
+        if let Some(actuator) = self.actuator_of(drive).filter(|actuator| !matches!(actuator.law, Law::Motor { .. })) {
+            let most = self.effort_of_joint(drive);
+            effort = [-most, most];
+            if let Value::Number(gear) = drive.gear {
+                let [a, b] = actuator.force.map(|force| force * gear);
+                effort = [effort[0].max(a.min(b)), effort[1].min(a.max(b))];
+            }
+        }
+        channels::Drive { channel: Channel::new(self.drive_name(drive), self.units(drive)[1]), effort }
+    }
+
+    /// The greatest effort of a drive's joint by the robot file; infinite where it says none.
+    fn effort_of_joint(&self, drive: &Drive) -> f64 {
+        let effort = self.bodies.robot.joints[self.bodies.tree.joint_indices()[drive.dof]].limits.effort;
+        // 0 says that the joint has no drive in the file: where the task gives it one, nothing limits that.
+        if effort > 0.0 { effort } else { f64::INFINITY }
+    }
+
     /// Name and unit of the control of a drive: `tau.JOINT`, or `ctrl.ACTUATOR`.
     pub(super) fn control_channel(&self, drive: &Drive) -> Channel {
-        let [length, force] = if self.bodies.slides(drive.dof) { ["m", "N"] } else { ["rad", "N m"] };
+        let [length, force] = self.units(drive);
         let Some(actuator) = self.actuator_of(drive) else {
             return Channel::new(format!("tau.{}", self.bodies.tree.joints()[drive.dof]), force);
         };
@@ -138,7 +172,7 @@ impl Robot {
             let [lower, upper] = actuator.control;
             limits.push(Limit::control(format!("control of actuator `{}`", actuator.name), control, lower, upper));
         }
-        // The control of a plain drive or a motor is a multiple of its force; that of others is none.
+        // The control of a plain drive or a motor is a multiple of its force; others have [`channels::Drive::effort`].
         let gain = match actuator.map(|actuator| actuator.law) {
             None => 1.0,
             Some(Law::Motor { gain }) => gain,
@@ -149,9 +183,7 @@ impl Robot {
             limits.push(Limit::control(format!("force of actuator `{}`", actuator.name), control, a.min(b), a.max(b)));
         }
         if let Value::Number(gear) = drive.gear {
-            // 0 says that the joint has no drive in the file: where the task gives it one, nothing limits that.
-            let effort = if joint.limits.effort > 0.0 { joint.limits.effort } else { f64::INFINITY };
-            let most = effort / (gear * gain).abs();
+            let most = self.effort_of_joint(drive) / (gear * gain).abs();
             limits.push(Limit::control(format!("effort of joint `{}`", joint.name), control, -most, most));
         }
         limits

@@ -18,6 +18,7 @@ use super::compliance::{CONTACT_FORCE, Element};
 use super::{Channel, Channels, Limit, Model, ModelFile, Point, Source};
 
 use crate::Value;
+use crate::channels;
 use crate::contacts::{Contact, ContactState};
 use crate::document::FileError;
 use crate::physics::FileSensor;
@@ -181,8 +182,8 @@ impl Model for Robot {
         self.elastic_joints()
     }
 
-    fn drive_names(&self) -> Vec<String> {
-        self.drives.iter().map(|drive| self.drive_name(drive)).collect()
+    fn drives(&self) -> Vec<channels::Drive> {
+        self.drives.iter().map(|drive| self.described_drive(drive)).collect()
     }
 
     fn file_sensors(&self) -> Vec<FileSensor> {

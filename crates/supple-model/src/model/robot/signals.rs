@@ -5,15 +5,14 @@ use supple_robot::vector::{add, scale};
 use supple_robot::{Kinematics, Measured, Numbers, Pose, Tree};
 
 use super::Robot;
-use super::drive::Drive;
 use crate::Point;
 use crate::model::bodies::Situation;
 use crate::model::compliance::Native;
-use crate::physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, POWER, Sensed, frame_signals};
+use crate::physics::{CENTER_OF_MASS, EFFORT, FRAME_SIGNALS, FileSensor, POWER, Sensed, frame_signals};
 
 impl Robot {
     /// Of every frame [`FRAME_SIGNALS`]; of every element of compliance its forces and deflections, `NAME.FORCE`; of every
-    /// drive its [`POWER`]; the [`CENTER_OF_MASS`].
+    /// drive its [`EFFORT`] and [`POWER`]; the [`CENTER_OF_MASS`].
     pub(super) fn signal_names(&self) -> Vec<String> {
         let frames = self.bodies.frame_names().into_iter();
         let frames = frames.flat_map(|frame| FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}")));
@@ -21,8 +20,11 @@ impl Robot {
             let own = element.kind.signals().into_iter().chain(element.kind.deflections());
             own.map(|signal| format!("{}.{signal}", element.name))
         });
-        let powers = self.drives.iter().map(|drive| format!("{POWER}{}", self.drive_name(drive)));
-        frames.chain(of_compliance).chain(powers).chain(CENTER_OF_MASS.map(str::to_owned)).collect()
+        let of_drives = self.drives.iter().flat_map(|drive| {
+            let name = self.described_drive(drive).channel.name;
+            [EFFORT, POWER].map(|signal| format!("{signal}{name}"))
+        });
+        frames.chain(of_compliance).chain(of_drives).chain(CENTER_OF_MASS.map(str::to_owned)).collect()
     }
 
     /// The signals, in the order of their names.
@@ -45,16 +47,11 @@ impl Robot {
         for (drive, &u) in self.drives.iter().zip(at.u) {
             let place = self.driven(drive);
             let rate = at.x[positions + place];
-            values.push(drive.force(at, u, at.x[place], rate) * rate);
+            let effort = drive.force(at, u, at.x[place], rate);
+            values.extend([effort, effort * rate]);
         }
         values.extend(center_of_mass(&now));
         values
-    }
-
-    /// The name of a drive: that of its joint or actuator.
-    pub(super) fn drive_name(&self, drive: &Drive) -> String {
-        let actuator = self.actuator_of(drive).map(|actuator| actuator.name.clone());
-        actuator.unwrap_or_else(|| self.bodies.tree.joints()[drive.dof].clone())
     }
 
     /// Elastic joints, and the elements that make them elastic.

@@ -197,6 +197,7 @@ pub fn of_costs() -> Vec<Description> {
         cost("joint_torque", &format!("target = \"t\"\n{all}")),
         cost("signal", &format!("select = [\"gripper.force_x\"]\ntarget = \"t\"\n{all}")),
         cost("control", &format!("target = [\"t\", 0.0, 0.1]\n{each}")),
+        cost("drive_effort", &format!("target = [\"t\", 0.0, 0.1]\n{each}")),
         cost("power", &format!("target = [\"t\", 0.0, 0.0]\n{each}")),
         cost("joint_acceleration", &format!("select = [\"elbow\"]\ntarget = \"t\"\n{each}")),
         cost("state_and_control", &format!("target = [\"t\"{}]\n{each}", ", 0.0".repeat(11))),

@@ -10,13 +10,13 @@ use supple::plan::{PlanSettings, PlanStatus};
 use supple::quantity::{Control, State};
 use supple::simulate::{Rollouts, monte_carlo};
 use supple::system::{Authored, System};
-use supple::{Dimensions, Limit, Model, Point, Problem, Scalar, Task, Value};
+use supple::{Dimensions, EvaluateOptions, Limit, Model, Point, Problem, Scalar, Task, Value};
 
 use crate::common::reference::differences::total_gradient_errors;
 use crate::common::reference::finger::{self, BOUNDS, scales};
 use crate::common::reference::{evaluated, numbers, relative_error, task};
 use crate::common::repository;
-use crate::robot::arm::{Description, arm};
+use crate::robot::arm::{Description, arm, cost, servo};
 use crate::robot::bad_tasks::error_of;
 
 const KEY: &str = "enforce_effort_limits = true\n";
@@ -269,6 +269,40 @@ fn robots_keep_the_efforts_of_their_file() {
     let bounds = problem.tasks[0].control_bounds.as_ref().unwrap();
     assert_eq!((bounds.lower(), bounds.upper()), (&[-50.0, -3.0, -100.0][..], &[50.0, 3.0, 100.0][..]));
     assert_eq!(arm().problem().tasks[0].control_bounds, None);
+}
+
+/// A position drive's control is no torque, but its torque is limited by the joint all the same, and by the actuator.
+#[test]
+fn position_drives_keep_the_efforts_of_their_joints() {
+    let costs = cost("joint_position", "target = [0.4, -0.3, 0.1]\nweight = 1e3") + &cost("control", "weight = 1e-3");
+    let drives = "[model.drives]\nshoulder = { kp = 4000.0, kv = 80.0 }\nslide = { kv = 900.0 }\n";
+    let text = Description { steps: 40, ..arm().with(drives).costing(&costs) }.text();
+    let limited = |text: &str| {
+        let problem = supple_file::parse(text, "tests/data/task.toml").unwrap();
+        let options = EvaluateOptions { trajectories: true, rollouts: 0, ..Default::default() };
+        let at = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
+        assert!(at.tasks[0].status.is_converged(), "{:?}", at.tasks[0].warnings);
+        let efforts = at.tasks[0].trajectory.as_ref().unwrap().quantities.clone();
+        let efforts = efforts.into_iter().filter(|quantity| quantity.name.starts_with("effort of"));
+        let exceeded = at.tasks[0].limits_violated.iter().map(|limit| limit.name.clone()).collect::<Vec<_>>();
+        (efforts.collect::<Vec<_>>(), exceeded)
+    };
+    let (efforts, exceeded) = limited(&text);
+    let said: Vec<_> = efforts.iter().map(|effort| (&*effort.name, &*effort.unit, &*effort.of, effort.upper)).collect();
+    assert_eq!(
+        said,
+        [("effort of shoulder", "N m", "robot", Some(50.0)), ("effort of slide", "N", "robot", Some(100.0))]
+    );
+    let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    assert!(most(&efforts[0].values) > 60.0 && exceeded.contains(&"effort of shoulder".to_owned()), "{exceeded:?}");
+    let (efforts, exceeded) = limited(&text.replace("steps = ", &format!("{KEY}steps = ")));
+    assert!(most(&efforts[0].values) < 50.0 * (1.0 + 1e-6) && most(&efforts[0].values) > 49.0, "{:?}", efforts[0]);
+    assert!(exceeded.iter().all(|name| !name.starts_with("effort")), "{exceeded:?}");
+    // The range of an actuator's force, times its gear.
+    let servo = servo().problem();
+    let drives = servo.tasks[0].system.followed(&[]);
+    let of_servo = drives.iter().find(|number| number.channel.name == "effort of servo").unwrap();
+    assert_eq!((of_servo.limits, &*of_servo.of), ([-135.0, 135.0], "robot"));
 }
 
 #[test]

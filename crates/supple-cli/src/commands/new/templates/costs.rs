@@ -65,7 +65,7 @@ impl Draft<'_> {
 
     /// The cost of the force on the wall.
     fn force(&self, text: &mut String) {
-        let rules = self.rules;
+        let rules = &self.rules;
         let (target, tolerance) = (rules.force, four_digits(0.1 * rules.force));
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"contact_force\"\ncontact = \"wall\"");
         said(text, &format!("target = {target:?}"), "N");
@@ -76,7 +76,7 @@ impl Draft<'_> {
 
     /// The cost of the position of the tool along axes of the world, all the time or at the end.
     fn point(&self, text: &mut String, target: [f64; 3], axes: &[usize], is_end: bool) {
-        let rules = self.rules;
+        let rules = &self.rules;
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"frame_point\"\nframe = {:?}", self.mount_name());
         if axes.len() < 3 {
             let shown: Vec<_> = axes.iter().map(|&axis| ["x", "y", "z"][axis]).collect();
@@ -99,7 +99,7 @@ impl Draft<'_> {
 
     /// The costs of a door: its angle, and the forces that do not move it.
     fn opened(&self, text: &mut String) {
-        let rules = self.rules;
+        let rules = &self.rules;
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [\"{}_rz\"]", self.door_name());
         said(text, &format!("target = [{:?}]", self.opening()), "rad: the door is pulled open");
         let (always, last) = (self.opening(), self.opening_tolerance());
@@ -146,7 +146,7 @@ impl Draft<'_> {
 
     /// The cost of the deflection of the mount.
     fn deflection(&self, text: &mut String, coupling: &str) {
-        let rules = self.rules;
+        let rules = &self.rules;
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"coupling_deflection\"\ncoupling = {coupling:?}");
         let weight = rules.weight(rules.deflection);
         said(text, &format!("weight = {weight:?}"), &format!("tolerance {:?} m", rules.deflection));

@@ -14,16 +14,11 @@ impl Draft<'_> {
              # always checked; they are listed here so that you can tighten them; reports plot them.\n",
         );
         let before = text.len();
+        if self.enforced {
+            self.positions(text);
+        }
         self.speeds(text);
         self.efforts(text);
-        let efforts = self.greatest_efforts();
-        if !self.is_by_torque() && !efforts.is_empty() {
-            text.push_str(
-                "# Greatest efforts of the drives by the robot file. Controls are commands, and no limit keeps them:\n",
-            );
-            efforts.into_iter().for_each(|line| text.push_str(&line));
-            text.push('\n');
-        }
         if text.len() == before {
             text.push_str("# The robot file specifies no speed or effort limits. A limit on the tool speed would be\n");
             self.speed_of_tool(text);
@@ -43,34 +38,32 @@ impl Draft<'_> {
         );
     }
 
-    /// Lines of comment with the greatest efforts of drives, where the file gives them: those of its joints, or of what its
-    /// motors exert on them.
-    fn greatest_efforts(&self) -> Vec<String> {
-        let (limb, efforts) = (self.limb, self.limb.efforts());
-        let slides: Vec<&str> = limb.joints_that(true);
-        let given = limb.driven().into_iter().filter(|&dof| efforts[dof].is_finite());
-        let each = given.map(|dof| {
-            let joint = &limb.joints()[dof];
-            let unit = if slides.contains(&joint.as_str()) { "N" } else { "N m" };
-            format!("#     {joint}: {:?} {unit}\n", plain(efforts[dof]))
-        });
-        each.collect()
+    /// Ranges of joints, where the file gives them.
+    fn positions(&self, text: &mut String) {
+        let joints = self.limb.planning.tree.joint_indices();
+        let range = |dof: usize| {
+            let limits = &self.limb.planning.robot.joints[joints[dof]].limits;
+            [limits.lower, limits.upper]
+        };
+        self.limits(text, ("joint_position", str::to_owned), ["rad", "m"], range);
     }
 
     /// Speeds of joints, where the file gives them.
     fn speeds(&self, text: &mut String) {
         let joints = self.limb.planning.tree.joint_indices();
-        let speed = |dof: usize| self.limb.planning.robot.joints[joints[dof]].limits.velocity;
+        let speed = |dof: usize| up_to(self.limb.planning.robot.joints[joints[dof]].limits.velocity);
         self.limits(text, ("joint_velocity", str::to_owned), ["rad/s", "m/s"], speed);
     }
 
-    /// Torques and forces of drives, where the file gives them and they are controls.
+    /// Torques and forces of drives, where the file gives them.
     fn efforts(&self, text: &mut String) {
-        if self.is_by_torque() {
-            let (driven, efforts) = (self.limb.driven(), self.limb.efforts());
-            let effort = |dof: usize| if driven.contains(&dof) { efforts[dof] } else { f64::INFINITY };
-            self.limits(text, ("control", |joint| format!("tau.{joint}")), ["N m", "N"], effort);
-        }
+        let (driven, efforts) = (self.limb.driven(), self.limb.efforts());
+        let effort = |dof: usize| up_to(if driven.contains(&dof) { efforts[dof] } else { f64::INFINITY });
+        let of_drives: (&str, fn(&str) -> String) = match self.is_by_torque() {
+            true => ("control", |joint| format!("tau.{joint}")),
+            false => ("drive_effort", str::to_owned),
+        };
+        self.limits(text, of_drives, ["N m", "N"], effort);
     }
 
     /// Limits of joints that turn and of those that slide, in their units, where the file gives them; `select` names
@@ -80,15 +73,16 @@ impl Draft<'_> {
         text: &mut String,
         (kind, select): (&str, fn(&str) -> String),
         units: [&str; 2],
-        most: impl Fn(usize) -> f64,
+        range: impl Fn(usize) -> [f64; 2],
     ) {
         let planning = &self.limb.planning;
         for (slides, unit) in [false, true].into_iter().zip(units) {
             let joints = planning.tree.joint_indices().iter().map(|&joint| &planning.robot.joints[joint]).enumerate();
             let of_kind = joints.filter(|(_, joint)| (joint.kind == JointKind::Prismatic) == slides);
-            let given = of_kind.map(|(dof, joint)| (select(&joint.name), most(dof)));
-            let (names, most): (Vec<_>, Vec<_>) = given.filter(|(_, most)| most.is_finite() && *most > 0.0).unzip();
-            limit(text, kind, &names, &most, unit, self.enforced);
+            let given = of_kind.map(|(dof, joint)| (select(&joint.name), range(dof)));
+            let is_limit = |[lower, upper]: [f64; 2]| lower.is_finite() && upper.is_finite() && lower < upper;
+            let (names, ranges): (Vec<_>, Vec<_>) = given.filter(|(_, range)| is_limit(*range)).unzip();
+            limit(text, kind, (&names, &ranges), unit, self.enforced);
         }
     }
 
@@ -119,18 +113,22 @@ impl Draft<'_> {
     }
 }
 
-/// A limit on both sides of 0, where there is anything to limit.
-fn limit(text: &mut String, kind: &str, select: &[String], most: &[f64], unit: &str, enforced: bool) {
+/// Up to a number on both sides of 0.
+fn up_to(most: f64) -> [f64; 2] {
+    [-most, most]
+}
+
+/// A limit on both sides, where there is anything to limit.
+fn limit(text: &mut String, kind: &str, (select, ranges): (&[String], &[[f64; 2]]), unit: &str, enforced: bool) {
     if select.is_empty() {
         return;
     }
     // Rounding must not exceed the limits of the file.
-    let below = |most: f64| if plain(most) > most { plain(most * (1.0 - 5e-6)) } else { most };
-    let most: Vec<f64> = most.iter().copied().map(below).collect();
-    let least: Vec<f64> = most.iter().map(|most| -most).collect();
+    let within = |end: f64| if plain(end.abs()) > end.abs() { plain(end * (1.0 - 5e-6)) } else { end };
+    let [lower, upper] = [0, 1].map(|side| list(&ranges.iter().map(|range| within(range[side])).collect::<Vec<_>>()));
     let _ = writeln!(text, "[[tasks.limits]]\nkind = {kind:?}\nselect = {}", names(select));
-    said(text, &format!("lower = {}", list(&least)), &format!("{unit}, of the robot file"));
-    let _ = writeln!(text, "upper = {}", list(&most));
+    said(text, &format!("lower = {lower}"), &format!("{unit}, of the robot file"));
+    let _ = writeln!(text, "upper = {upper}");
     if enforced {
         said(text, "enforce = true", "without it, the plan exceeds these limits");
     }

@@ -54,7 +54,7 @@ impl Draft<'_> {
 
     pub(super) fn parameters(&self, text: &mut String) {
         let Self { rules, limb, .. } = self;
-        let Rules { stiffness, force_sd, force, .. } = **rules;
+        let Rules { stiffness, force_sd, force, .. } = *rules;
         let is_reach = self.template == Template::Reach;
         let mut parameter = |name: &str, what: &str, numbers: [f64; 3], unit: &str, note: &str| {
             let [initial, lower, upper] = numbers.map(four_digits);

@@ -6,13 +6,13 @@ use supple_robot::vector::{dot, scale};
 
 use super::{Draft, Limit, Template, list, said};
 use crate::commands::new::place::FEW;
-use crate::commands::new::rules::{STEPS, four_digits, plain};
+use crate::commands::new::rules::{four_digits, plain};
 
 impl Draft<'_> {
     pub(super) fn task(&self, text: &mut String) {
-        let rules = self.rules;
+        let rules = &self.rules;
         let _ = write!(text, "\n[[tasks]]\nname = {:?}\n", self.template.words().0);
-        said(text, &format!("steps = {STEPS}"), &format!("{:?} s", rules.time));
+        said(text, &format!("steps = {}", rules.steps()), &format!("{:?} s", rules.time));
         said(text, &format!("time_step = {:?}", rules.time_step()), "s");
         if let Some(Limit { bound, precise, coarse }) = self.limit {
             let sensors = if self.template == Template::Reach { "joint sensors" } else { "force sensor" };

@@ -1,0 +1,65 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use crate::channels::Channel;
+use crate::physics::{EFFORT, Point};
+
+/// Torques or forces that drives exert on what they drive, N m or N. It depends on the control.
+#[derive(Clone, Debug)]
+pub struct DriveEffort {
+    /// Places among the model's drives.
+    drives: Vec<usize>,
+    /// Places among the model's signals.
+    signals: Vec<usize>,
+}
+
+/// Torques or forces of drives, N m or N.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct File {
+    /// Names of joints with plain drives and of actuators; default: all.
+    select: Option<Vec<String>>,
+}
+
+impl DriveEffort {
+    /// Of the drives with these names, or of all where none are given.
+    pub(crate) fn of(select: Option<Vec<String>>, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        let (drives, signals) = vocabulary.selected_drives(select, EFFORT)?;
+        Ok(Self { drives, signals })
+    }
+}
+
+impl QuantityFile for DriveEffort {
+    type File = File;
+    const OF_CONTROL: bool = true;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        Self::of(file.select, vocabulary)
+    }
+}
+
+impl Measurable for DriveEffort {
+    const NAME: &'static str = "drive_effort";
+
+    fn len(&self) -> usize {
+        self.signals.len()
+    }
+
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        let channel = |&drive: &usize| {
+            let Channel { name, unit } = &vocabulary.drives[drive].channel;
+            Channel::new(format!("effort of {name}"), unit.clone())
+        };
+        self.drives.iter().map(channel).collect()
+    }
+
+    fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {
+        pick(known.signals, &self.signals, out);
+    }
+
+    fn depends_on_control(&self) -> bool {
+        Self::OF_CONTROL
+    }
+}
