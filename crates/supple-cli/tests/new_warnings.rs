@@ -79,8 +79,8 @@ fn plans_keep_the_ranges_of_the_robot() {
 fn doors_that_open_too_far_are_told() {
     let folder = Folder::new();
     let robot = repository("models/wiping_arm.sdf").display().to_string();
-    // A heavy tool and half a turn in little time.
-    let set = ["--set", "travel=0.62", "--set", "mass=20", "--set", "time=0.15"];
+    // Half a turn in little time.
+    let set = ["--set", "travel=0.62", "--set", "time=0.15"];
     let words = [&["--robot", &robot, "--template", "handle", "--frame", "hand"], &set[..]].concat();
     let (warnings, text, task) = warned(&folder, &words);
     let about = warnings
@@ -192,7 +192,7 @@ fn a_travel_that_is_halved_is_told() {
     let folder = Folder::new();
     std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
     let mut told = 0;
-    for travel in [0.1, 0.9, 1.1, 1.3] {
+    for travel in [0.1, 0.9, 1.3] {
         let set = format!("travel={travel}");
         let words = ["--robot", "arm.urdf", "--template", "reach", "--set", &set];
         let run = folder.run(&[&["new", "task"][..], &words].concat());
