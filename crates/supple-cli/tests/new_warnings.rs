@@ -12,12 +12,27 @@ const ARM: &str = include_str!("../templates/arm.urdf");
 fn warned(folder: &Folder, words: &[&str]) -> (Vec<String>, String, Value) {
     let run = folder.run(&[&["new", "task"][..], words].concat());
     assert_eq!(run.code, Some(0), "{words:?}: {}", run.stderr);
-    let warnings = run.stderr.lines().filter_map(|line| line.strip_prefix("warning: ")).map(str::to_owned).collect();
+    let warnings: Vec<String> =
+        run.stderr.lines().filter_map(|line| line.strip_prefix("warning: ")).map(str::to_owned).collect();
     folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--out", "out"]);
     let result = std::fs::read_to_string(folder.path("out/result.json")).unwrap();
     let result: Value = serde_json::from_str(&result).unwrap();
     let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
-    (warnings, text, result["result"]["evaluation"]["tasks"][0].clone())
+    let task = result["result"]["evaluation"]["tasks"][0].clone();
+    assert_exceeded(&warnings, &task);
+    (warnings, text, task)
+}
+
+/// A plan is told to exceed limits by as much as the evaluation finds.
+fn assert_exceeded(warnings: &[String], task: &Value) {
+    for about in warnings.iter().filter(|warning| warning.starts_with("the plan exceeds the ")) {
+        let violated = task["limits_violated"].as_array().unwrap().iter();
+        let same = |found: &Value| {
+            let near = |(said, key): (&f64, &str)| (said / found[key].as_f64().unwrap() - 1.0).abs() < 0.01;
+            about.contains(found["name"].as_str().unwrap()) && numbers(about).iter().zip(["worst", "limit"]).all(near)
+        };
+        assert!(violated.clone().any(same), "{about}: {violated:?}");
+    }
 }
 
 /// The numbers of a text, in their order.

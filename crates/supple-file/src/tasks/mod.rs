@@ -9,7 +9,6 @@ use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
-
 use supple_model::document::{Content, Document, Place};
 use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
