@@ -6,6 +6,7 @@ mod place;
 mod robot;
 mod rules;
 mod templates;
+mod tried;
 
 use std::io::ErrorKind;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use supple::design::{Attempts, plan_at};
 use supple::pipeline::TaskState;
-use supple::{Matrices, Problem};
+use supple::{LimitViolation, Matrices, Problem, limits_violated};
 
 use super::rules::four_digits;
 use super::templates::Limit;
@@ -20,20 +20,23 @@ pub struct Costs {
     pub best: f64,
     /// The least with the coarsest sensor.
     pub coarse: f64,
+    /// The softest mount, N/m, and a limit of the robot that its plan exceeds, if any.
+    pub softest: Option<(f64, LimitViolation)>,
 }
 
 impl Costs {
-    /// At several stiffnesses; infinite where no plan converges.
-    pub fn of(problem: &Problem, stiff: &[f64]) -> Self {
+    /// At several stiffnesses; infinite where no plan converges. The first plan begins from `controls`, if given.
+    pub fn of(problem: &Problem, stiff: &[f64], controls: Option<&Matrices>) -> Self {
         let index = |name: &str| problem.parameters.iter().position(|parameter| parameter.name == name);
         let sensor = ["force_noise", "joint_noise"].into_iter().find_map(index);
-        let mut found = Self { stiff: f64::INFINITY, precise: f64::INFINITY, best: f64::NAN, coarse: f64::INFINITY };
+        let none = f64::INFINITY;
+        let mut found = Self { stiff: none, precise: none, best: f64::NAN, coarse: none, softest: None };
         let (Some(sensor), Some(k)) = (sensor, index("k")) else { return found };
         let [soft, most] = problem.parameters.get(k).bounds;
         let [precise, coarse] = problem.parameters.get(sensor).bounds;
         let task = &problem.tasks[0];
         // The plan is the same whatever the noise, and near that of the stiffness before.
-        let mut before: Option<Matrices> = None;
+        let mut before = controls.cloned();
         let mut costs = |stiffness: f64| {
             let (mut phi, mut state) = (stiff.to_vec(), TaskState::new(task));
             (phi[k], phi[sensor]) = (stiffness, precise);
@@ -42,17 +45,19 @@ impl Costs {
                 planned.is_ok() && state.plan.status.is_converged()
             };
             if !before.as_ref().is_some_and(|before| plans(Some(before))) && !plans(None) {
-                return [f64::INFINITY; 2];
+                return ([f64::INFINITY; 2], None);
             }
+            let violated = limits_violated(&task.system.limits(), &state.plan.trajectory).into_iter().next();
             before = Some(state.plan.trajectory.controls.clone());
             let with = state.cost.expected();
             phi[sensor] = coarse;
             let without = state.assess(task, &phi).map_or(f64::INFINITY, |()| state.cost.expected());
-            [with, without]
+            ([with, without], violated)
         };
         for place in 0..=SOFTER {
             let stiffness = four_digits(most * (soft / most).powf(place as f64 / SOFTER as f64));
-            let [with, without] = costs(stiffness);
+            let ([with, without], violated) = costs(stiffness);
+            found.softest = violated.map(|limit| (stiffness, limit));
             if place == 0 {
                 found.stiff = with;
             }

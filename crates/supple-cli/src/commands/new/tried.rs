@@ -1,0 +1,274 @@
+//! A draft of a task file, planned and judged.
+
+use supple::{EvaluateOptions, Evaluation, LimitViolation, Matrices, Problem, TaskEvaluation, Trust, Verdict};
+use supple_text::short;
+
+use super::costs::{Costs, limit};
+use super::templates::Draft;
+use crate::failure::Failure;
+use crate::template::Template;
+
+/// Iterations of a plan at most: designs of templates take some tens from their first guess, and a search has to find them anew.
+const MOST_ITERATIONS: usize = 100;
+/// Roll-outs where the usual number is too few to tell.
+pub const MANY: usize = 1000;
+/// Tolerances by which a plan may end beside its target.
+const BESIDE: f64 = 3.0;
+/// By which share of the cost a sensor that is of use lowers it.
+const LEAST_USE: f64 = 0.05;
+
+/// A draft and what is known of it: first its plan with the stiff mount, then the limit of its cost and roll-outs of the
+/// design that a search begins from.
+pub struct Tried<'a> {
+    draft: Draft<'a>,
+    problem: Problem,
+    /// Of the plan that was found last, from which those of other mounts and of roll-outs begin.
+    controls: Option<Matrices>,
+    /// Whether its limit and its roll-outs are known.
+    is_complete: bool,
+    pub converged: bool,
+    pub touches: bool,
+    /// Whether the plan exceeds limits of the robot.
+    pub is_limited: bool,
+    /// What roll-outs say of the linearisation; none where there are none.
+    trust: Option<Trust>,
+    /// What is wrong with it, for people.
+    pub faults: Vec<String>,
+    /// What is wrong with its softest mount, for people: no reason for another posture.
+    pub remarks: Vec<String>,
+}
+
+impl<'a> Tried<'a> {
+    /// Plans a draft with its stiff mount, to be written to `path`.
+    ///
+    /// # Errors
+    /// Where its text is no task.
+    pub fn of(draft: Draft<'a>, path: &str) -> Result<Self, Failure> {
+        let mut problem = supple_file::parse(&draft.text(), path)?;
+        problem.planning.max_iterations = MOST_ITERATIONS;
+        let found = evaluate(&problem, &problem.parameters.initial(), 0, None);
+        let mut tried = Self {
+            draft,
+            problem,
+            controls: None,
+            is_complete: false,
+            converged: false,
+            touches: false,
+            is_limited: false,
+            trust: None,
+            faults: Vec::new(),
+            remarks: Vec::new(),
+        };
+        match found {
+            Ok(evaluation) => tried.judge(&evaluation.tasks[0]),
+            Err(error) => tried.faults.push(error.to_string()),
+        }
+        Ok(tried)
+    }
+
+    /// Takes in what an evaluation says.
+    fn judge(&mut self, task: &TaskEvaluation) {
+        self.converged = task.status.is_converged();
+        self.touches = touches(task);
+        self.is_limited = !task.limits_violated.is_empty();
+        self.trust.clone_from(&task.trust);
+        self.faults = faults(&self.draft, task);
+        self.controls = controls(task);
+    }
+
+    /// The same with the limit of its cost, the design that a search begins from, and roll-outs of that.
+    #[must_use]
+    pub fn complete(mut self) -> Self {
+        if self.is_complete || !self.converged {
+            return self;
+        }
+        let problem = &self.problem;
+        let mut phi = problem.parameters.initial();
+        let Costs { stiff, precise, best, coarse, softest } = Costs::of(problem, &phi, self.controls.as_ref());
+        let limit = limit(precise, coarse, self.draft.rules.margin);
+        let mut first = (stiff > limit.bound && best.is_finite()).then_some(best);
+        if let (Some(found), Ok(k)) = (first, problem.parameters.index("k")) {
+            let stiff = std::mem::replace(&mut phi[k], found);
+            // The plan was found from that of another stiffness, and a search begins without it.
+            match evaluate(problem, &phi, 0, None) {
+                Ok(evaluation) if evaluation.tasks[0].status.is_converged() => {
+                    self.controls = controls(&evaluation.tasks[0]);
+                }
+                _ => (first, phi[k]) = (None, stiff),
+            }
+        }
+        let usual = problem.rollouts(None);
+        let rolled_out = |rollouts: usize| evaluate(problem, &phi, rollouts, self.controls.clone());
+        let mut evaluation = match rolled_out(usual) {
+            Ok(evaluation) => evaluation,
+            Err(error) => {
+                self.faults.push(error.to_string());
+                self.converged = false;
+                return self;
+            }
+        };
+        let mut draft = self.draft.limited(limit, first);
+        let needs_more = evaluation.tasks[0].trust.as_ref().is_some_and(Trust::needs_only_rollouts);
+        if needs_more
+            && usual < MANY
+            && let Ok(more) = rolled_out(MANY)
+        {
+            evaluation = more;
+            draft.rollouts = Some(MANY);
+        }
+        self.draft = draft;
+        self.is_complete = true;
+        self.judge(&evaluation.tasks[0]);
+        if self.converged && !self.is_limited {
+            self.remarks.extend(softest.as_ref().map(of_softest));
+        }
+        // What makes a sensor of use, more uncertainty, makes a doubtful linearisation worse.
+        if coarse < precise * (1.0 + LEAST_USE) && !self.is_doubtful() {
+            self.faults.push(of_little_use(self.draft.template, precise, coarse));
+        }
+        self
+    }
+
+    /// The task file.
+    pub fn text(&self) -> String {
+        self.draft.text()
+    }
+
+    /// Whether roll-outs find the linearisation doubtful, and not only that there are too few of them.
+    pub fn is_doubtful(&self) -> bool {
+        let doubted = |trust: &Trust| trust.verdict != Verdict::Holds && !trust.needs_only_rollouts();
+        self.converged && self.trust.as_ref().is_some_and(doubted)
+    }
+
+    /// Whether the plan can be trusted, as far as that is known, and a robot can follow it.
+    pub fn is_sound(&self) -> bool {
+        self.converged && self.touches && !self.is_limited && !self.is_doubtful()
+    }
+
+    /// Whether roll-outs find the steps too long, and no other fault of the linearisation.
+    pub fn is_coarse(&self) -> bool {
+        self.trust.as_ref().is_some_and(Trust::needs_only_substeps)
+    }
+
+    /// Of two, the one with less wrong.
+    #[must_use]
+    pub fn or_better(self, other: Option<Self>) -> Self {
+        match other {
+            Some(other) if other.rank() <= self.rank() => other,
+            _ => self,
+        }
+    }
+
+    /// The less, the better: plans with roll-outs had no fault before them.
+    fn rank(&self) -> (bool, bool, bool, bool, Option<Verdict>, usize) {
+        let verdict = self.trust.as_ref().map(|trust| trust.verdict);
+        (!self.converged, !self.touches, self.is_limited, !self.is_complete, verdict, self.faults.len())
+    }
+}
+
+/// Evaluates the one task of a draft, with its trajectory; from the controls of a plan, if given.
+fn evaluate(
+    problem: &Problem,
+    phi: &[f64],
+    rollouts: usize,
+    controls: Option<Matrices>,
+) -> Result<Evaluation, supple::Error> {
+    let controls = controls.map(|controls| vec![controls]);
+    problem.evaluate(phi, &EvaluateOptions { rollouts, trajectories: true, controls, ..Default::default() })
+}
+
+/// The controls of a plan that was found.
+fn controls(task: &TaskEvaluation) -> Option<Matrices> {
+    let trajectory = task.trajectory.as_ref().filter(|_| task.status.is_converged())?;
+    let rows = &trajectory.controls;
+    let mut controls = Matrices::vectors(rows.len(), trajectory.control_names.len());
+    rows.iter().enumerate().for_each(|(t, row)| controls.vector_mut(t).copy_from_slice(row));
+    Some(controls)
+}
+
+fn touches(task: &TaskEvaluation) -> bool {
+    task.contacts.iter().all(|contact| contact.touches)
+}
+
+/// What is wrong with the plan of a draft, and with its roll-outs.
+fn faults(draft: &Draft, task: &TaskEvaluation) -> Vec<String> {
+    let converged = task.status.is_converged();
+    let mut faults: Vec<String> = task.warnings.clone();
+    if !converged {
+        faults.push(format!("the plan ended as {}", task.status));
+    }
+    if converged && !touches(task) {
+        faults.push("the plan does not touch the wall".to_owned());
+    }
+    // Limits of the file by its own names; the task repeats them by those of its channels.
+    let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
+    faults.extend(limits.map(|limit| {
+        let (name, [worst, limit]) = (&limit.name, [limit.worst, limit.limit].map(|number| short(number, 3)));
+        format!("the plan exceeds the {name}: {worst}, limit {limit}; try --set time or --set travel, or another --at")
+    }));
+    faults.extend(beside(draft, task));
+    if let Some(by) = draft.travelled() {
+        let (by, travel) = (short(by, 3), short(draft.rules.travel, 3));
+        faults.push(format!(
+            "the tool moves by {by} m instead of {travel} m: it reaches no farther from here; try --at or another --wall"
+        ));
+    }
+    if let Some(trust) = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds) {
+        let numbers = match draft.template {
+            Template::Reach => "; try --set disturbance, with less of it, or --set travel",
+            Template::Handle => "; try a smaller --set wall_sd or --set travel",
+            _ => "; try a larger --set smoothing or a smaller --set wall_sd",
+        };
+        let numbers = if trust.needs_only_rollouts() { "" } else { numbers };
+        faults.push(format!("roll-outs of the first design: {trust}{numbers}"));
+    }
+    faults
+}
+
+/// That the plan with the softest mount exceeds limits of the robot, where that of the first design does not.
+fn of_softest((stiffness, LimitViolation { name, worst, limit, .. }): &(f64, LimitViolation)) -> String {
+    let [soft, worst, limit] = [stiffness, worst, limit].map(|&number| short(number, 3));
+    format!(
+        "with the softest mount, k = {soft}, the plan exceeds the {name}: {worst}, limit {limit}; raise the lower bound of \
+         `k`, or write `enforce = true` for that limit"
+    )
+}
+
+/// The fault of a plan that ends beside its target.
+fn beside(draft: &Draft, task: &TaskEvaluation) -> Option<String> {
+    let trajectory = task.trajectory.as_ref()?;
+    let (off, tolerance, unit) = match draft.template {
+        Template::Press | Template::Hold => return None,
+        Template::Handle => {
+            let name = format!("q.{}_rz", draft.door_name());
+            let hinge = trajectory.state_names.iter().position(|state| *state == name)?;
+            (trajectory.states.last()?[hinge] - draft.opening(), draft.opening_tolerance(), "rad")
+        }
+        _ => {
+            let of_cost = trajectory.quantities.iter().filter(|quantity| quantity.of.starts_with("cost "));
+            let places = of_cost.filter(|quantity| quantity.unit == "m" && quantity.name.contains(" of "));
+            let off = places.filter_map(|quantity| Some(quantity.values.last()? - quantity.target?));
+            (off.map(|off| off * off).sum::<f64>().sqrt(), draft.rules.tolerance, "m")
+        }
+    };
+    let off = off.abs();
+    (off > BESIDE * tolerance).then(|| {
+        let (off, tolerance) = (short(off, 2), short(tolerance, 2));
+        format!(
+            "the plan ends {off} {unit} from its target, with a tolerance of {tolerance} {unit}: the target may be out of reach; try \
+             a smaller --set travel, a longer --set time, or --at"
+        )
+    })
+}
+
+/// The warning about a sensor that the task hardly needs.
+fn of_little_use(template: Template, precise: f64, coarse: f64) -> String {
+    let (sensor, number) = match template {
+        Template::Reach => ("joint sensors are", "disturbance"),
+        _ => ("force sensor is", "wall_sd"),
+    };
+    format!(
+        "the {sensor} of little use in this task: the least expected cost is {precise:.4} with the precise noise and \
+         {coarse:.4} with the coarsest; try a larger --set {number}"
+    )
+}
