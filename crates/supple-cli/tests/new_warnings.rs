@@ -89,6 +89,16 @@ fn plans_keep_the_ranges_of_the_robot() {
     assert_eq!(free["tasks"][0]["limits_violated"][0]["name"], "position of joint `wrist`", "{}", run.stdout);
 }
 
+/// A press within 20 ms, for which no drive is strong enough: all limits that its plan exceeds are told.
+#[test]
+fn limits_that_no_correction_keeps_are_told() {
+    let robot = repository("models/peg_on_wall.urdf").display().to_string();
+    let words = ["--robot", &robot, "--template", "press", "--frame", "gripper", "--set", "time=0.02"];
+    let (warnings, _, task) = warned(&Folder::new(), &words);
+    let about = warnings.iter().filter(|warning| warning.starts_with("the plan exceeds the ")).count();
+    assert!(about > 0 && about == task["limits_violated"].as_array().unwrap().len(), "{warnings:?}");
+}
+
 /// Doors that open farther than the arm can pull them: the angle of the hinge is a state, and no quantity of the cost.
 #[test]
 fn doors_that_open_too_far_are_told() {

@@ -56,7 +56,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
         return Err(without_posture(&limb, asked));
     }
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
-    let mut best: Option<Tried> = None;
+    let (mut best, mut longer): (Option<Tried>, f64) = (None, 1.0);
     let most = found.len().min(TRIES);
     for (number, start) in found.iter().take(TRIES).enumerate() {
         bar.say(&format!("planning the task in posture {} of at most {most}", number + 1));
@@ -74,7 +74,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
             rollouts: (template == Template::Reach).then_some(MANY),
         };
         let rules = |longer| Rules::of(&limb, start, template, &asked.set, longer);
-        let tried = best_at(rules, draft, (template, path))?.or_better(best);
+        let tried = best_at(rules, draft, &mut longer, (template, path))?.or_better(best);
         let is_enough = tried.faults.is_empty() || number + 1 >= FEW_TRIES && tried.is_sound();
         best = Some(tried);
         if is_enough {
@@ -172,22 +172,22 @@ fn limb(whole: &Planning, template: Template, file: &Path, asked: &Asked) -> Res
 }
 
 /// The best draft at a posture: one that keeps the limits of the robot, with a longer smoothing of the contact where the
-/// linearisation is doubtful.
+/// linearisation is doubtful. By which factor stays for other postures, whose contact is the same.
 fn best_at<'a>(
     rules: impl Fn(f64) -> Result<Rules, Failure>,
     draft: impl Fn(Rules, bool) -> Draft<'a>,
+    longer: &mut f64,
     (template, path): (Template, &str),
 ) -> Result<Tried<'a>, Failure> {
-    let (mut longer, mut correction) = (1.0, 0);
-    let mut best = None;
+    let (mut best, mut correction) = (None, 0);
     loop {
-        let tried = within_limits(&rules(longer)?, &draft, &mut correction, path)?;
+        let tried = within_limits(&rules(*longer)?, &draft, &mut correction, path)?;
         let is_doubtful = tried.is_doubtful() && !tried.is_coarse();
         let found = tried.or_better(best);
-        longer *= LONGER;
-        if !is_doubtful || !template.touches() || longer > LONGEST {
+        if !is_doubtful || !template.touches() || *longer * LONGER > LONGEST {
             return Ok(found);
         }
+        *longer *= LONGER;
         best = Some(found);
     }
 }
