@@ -69,7 +69,7 @@ fn shapes_are_closed_and_as_large_as_they_should_be() {
         (Solid::Capsule { radius: 0.5, length: 2.0 }, std::f64::consts::PI * (0.5 + 1.0 / 6.0), 0.94),
     ];
     for (solid, expected, least) in solids {
-        let turned = Shape { solid, position: at, rotation: [0.5, 0.5, 0.5, 0.5] };
+        let turned = Shape { rotation: [0.5, 0.5, 0.5, 0.5], ..Shape::at(at, solid) };
         let found = volume(&surface(&data(&[("a", &scene(vec![turned], vec![]))]), 0));
         assert!(found <= 1.00001 * expected && found >= least * expected, "{solid:?}: {found}, not {expected}");
     }
