@@ -74,5 +74,5 @@
     document.getElementById("scene").replaceChildren();
   }
 
-  E.motion = { take, show, clear };
+  E.motion = { take, show, clear, surface: (index) => meshes[index] };
 })(window.Explore);

@@ -56,7 +56,7 @@
 
   /** The colour of each triangle: neighbours of a design in two shades, what stands still in grey. */
   function tints(design, dark) {
-    const own = colour(design.index, dark), other = dark ? mix(own, "#000000", 0.25) : mix(own, "#ffffff", 0.3);
+    const own = colour(design.index, dark), other = mix(own, "#000000", 0.25);
     const of = design.bodies.map((body, n) => (!moves(body) ? palette(dark).fixed : n % 2 ? other : own));
     return design.model.of.map((n) => of[n]);
   }

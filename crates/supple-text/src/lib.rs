@@ -234,3 +234,18 @@ pub fn most(count: usize, most: usize) -> usize {
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
 struct Readme;
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    /// Twenty-one kinds were told as twenty "and 1 more".
+    #[test]
+    fn lists_of_names_never_hide_a_single_one() {
+        let names = |count: usize| (0..count).map(|name| name.to_string()).collect::<Vec<_>>();
+        for count in [1, 21, 40, 41] {
+            assert_eq!(quoted(&names(count)).matches('`').count(), 2 * count);
+        }
+        assert!(quoted(&names(42)).ends_with("`39` and 2 more"));
+    }
+}
