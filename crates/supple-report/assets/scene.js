@@ -231,9 +231,10 @@
     }
 
     style() {
-      // Scenes below one another need room each.
-      const rows = this.view.clientWidth < 640 && !this.overlaid ? this.designs.length : 1;
-      this.view.style.height = rows > 1 ? `calc(${0.6 * rows} * var(--supple-scene-height, 26rem))` : "";
+      // Scenes below one another need room each; those beside one another are no higher than they are wide, or nearly so.
+      const scenes = this.overlaid ? 1 : this.designs.length, rows = this.view.clientWidth < 640 ? scenes : 1;
+      const most = Math.round((1.05 * this.view.clientWidth) / scenes), high = "var(--supple-scene-height, 26rem)";
+      this.view.style.height = rows > 1 ? `calc(${0.6 * rows} * ${high})` : `min(${high}, max(${most}px, 16rem))`;
       const { text, dark, faint } = this.colours();
       const { clientWidth: width, clientHeight: height } = this.view, narrow = width < 640;
       const count = this.overlaid ? 1 : this.designs.length;
