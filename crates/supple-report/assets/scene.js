@@ -272,13 +272,21 @@
 
     /**
      * A picture for print, where the view itself is blank: browsers keep no drawing of WebGL beyond the moment in which it is
-     * shown. Called when a print begins, it ends before the print does.
+     * shown. Called when a print begins, it ends before the print does. It shows the frame that the reader chose, or else the
+     * one with the greatest contact force.
      */
     print(begins) {
       this.printing = begins;
+      const { frame } = this, isChosen = frame > 0 && !this.playing;
+      if (begins && !isChosen) this.frame = F.strongest(this.master);
       this.describe();
       this.draw();
-      if (!begins) return;
+      if (begins) this.keep();
+      this.frame = frame;
+    }
+
+    /** Keeps pictures of what is drawn. */
+    keep() {
       const scenes = Object.keys(this.view._fullLayout || {}).filter((key) => /^scene\d*$/.test(key));
       const time = `at ${this.master.time[this.frame].toPrecision(3)} s`;
       this.still.replaceChildren(...scenes.map((key, n) => {

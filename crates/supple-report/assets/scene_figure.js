@@ -135,6 +135,13 @@
     return lines;
   }
 
+  /** The frame with the greatest contact force; the last one where nothing touches. */
+  function strongest(design) {
+    const force = (frame) => Math.max(0, ...design.connections.filter(touches).map((c) => G.length(G.at(c.force, frame))));
+    const last = design.time.length - 1;
+    return design.time.reduce((best, _, frame) => (force(frame) > force(best) ? frame : best), last);
+  }
+
   const touches = (connection) => connection.kind === "contact";
   const pulls = (connection) => connection.kind !== "contact";
 
@@ -280,7 +287,7 @@
    */
   function largest(lengths, { eye, center }, aspect) {
     // Half of what the camera sees, at distance 1; the share of it that the box may take.
-    const HALF = Math.tan(Math.PI / 8), ACROSS = 0.86, UP = 0.84;
+    const HALF = Math.tan(Math.PI / 8), ACROSS = 0.78, UP = 0.84;
     const at = [eye.x, eye.y, eye.z], back = G.sub(at, [center.x, center.y, center.z]);
     const away = G.times(1 / G.length(back), back);
     const right = G.times(1 / Math.hypot(away[0], away[1]), [-away[1], away[0], 0]);
@@ -332,5 +339,5 @@
     return out;
   }
 
-  S.figure = { KINDS, palette, colour, moves, prepare, shape, trace, has, scales, bounds, fits, camera, layout };
+  S.figure = { KINDS, palette, colour, moves, prepare, shape, trace, has, scales, bounds, fits, strongest, camera, layout };
 })((window.SuppleScene = window.SuppleScene || {}));
