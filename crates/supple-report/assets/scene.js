@@ -105,7 +105,7 @@
     rescale() {
       const fresh = F.scales(this.designs);
       const far = (a, b) => !(a / b < 3 && b / a < 3);
-      if (["force", "torque", "belief"].every((key) => !far(fresh[key], this.scales[key]))) return;
+      if (["force", "pull", "torque", "belief"].every((key) => !far(fresh[key], this.scales[key]))) return;
       this.scales = fresh;
     }
 
@@ -204,7 +204,7 @@
         line([key(shared.force)], `contact force on the robot (thick arrows): ${per(this.scales.force, "N")}`);
       }
       if (this.any("pulls") && this.show.pulls) {
-        line([key(shared.spring)], `spring force on the body at the arrow (thin): ${per(this.scales.force, "N")}`);
+        line([key(shared.spring)], `spring force on the body at the arrow (thin): ${per(this.scales.pull, "N")}`);
       }
       if (this.any("torques") && this.show.pulls) {
         line([key(shared.torque)], `spring torque (two heads): ${per(this.scales.torque, "N·m")}`);

@@ -153,7 +153,7 @@
       case "edges": return edges(design, frame);
       case "bands": return walls(design, frame, scales.belief);
       case "springs": return springs(design, frame);
-      case "pulls": return show.pulls ? arrows(design, frame, "force", scales.force, pulls) : new G.Lines();
+      case "pulls": return show.pulls ? arrows(design, frame, "force", scales.pull, pulls) : new G.Lines();
       case "forces": return show.forces ? arrows(design, frame, "force", scales.force, touches) : new G.Lines();
       case "torques": return show.pulls ? arrows(design, frame, "torque", scales.torque, () => true, 2) : new G.Lines();
       default: return beliefs(design, frame, scales.belief);
@@ -207,17 +207,23 @@
     }
   }
 
-  /** One scale for all designs: how many N, or N m, are an arrow of 1 m; and how much larger beliefs are drawn. */
+  /** Scales of all designs: how many N, or N m, are an arrow of 1 m; and how much larger beliefs are drawn. */
   function scales(designs) {
     const size = Math.max(...designs.map((design) => design.size));
     const most = (lists) => lists.flat().reduce((best, value) => (value > best ? value : best), 0);
-    const strongest = (key) => most(designs.flatMap((d) => d.connections.map((c) => c[key].map(G.length))));
+    const largest = (key, of) => most(designs.flatMap((d) => d.connections.filter(of).map((c) => c[key].map(G.length))));
     const scale = (largest) => (largest > 0 ? G.niceAbove(largest / (0.45 * size)) : 1);
     const points = designs.flatMap((d) => d.beliefs.map((b) => b.covariance.map((c) => Math.sqrt(Math.max(c[0], c[3], c[5])))));
     const walls = designs.flatMap((d) => d.walls.map((wall) => wall.deviation));
     const widest = 2 * most([...points, ...walls]);
     const belief = widest > 0 ? Math.max(1, Math.min(1000, G.nice((0.08 * size) / widest))) : 1;
-    return { size, force: scale(strongest("force")), torque: scale(strongest("torque")), belief };
+    // Contacts and springs share a scale, unless the weaker ones would be too short to be seen.
+    const [touch, pull] = [largest("force", touches), largest("force", pulls)];
+    const apart = touch > 0 && pull > 0 && !(touch / pull < 3 && pull / touch < 3), both = Math.max(touch, pull);
+    return {
+      size, belief, force: scale(apart ? touch : both), pull: scale(apart ? pull : both),
+      torque: scale(largest("torque", () => true)),
+    };
   }
 
   /** Points of the frames of a design that the view is to hold: those of guides, such as rails, may lie outside. */
@@ -287,7 +293,7 @@
    */
   function largest(lengths, { eye, center }, aspect) {
     // Half of what the camera sees, at distance 1; the share of it that the box may take.
-    const HALF = Math.tan(Math.PI / 8), ACROSS = 0.78, UP = 0.84;
+    const HALF = Math.tan(Math.PI / 8), ACROSS = 0.72, UP = 0.84;
     const at = [eye.x, eye.y, eye.z], back = G.sub(at, [center.x, center.y, center.z]);
     const away = G.times(1 / G.length(back), back);
     const right = G.times(1 / Math.hypot(away[0], away[1]), [-away[1], away[0], 0]);
