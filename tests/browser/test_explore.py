@@ -583,6 +583,19 @@ def test_arrows_of_forces_are_drawn_over_walls(served, browsers):
     quiet(driver)
 
 
+def test_marks_on_the_map_are_whole_at_the_ends_of_ranges(served, browsers):
+    driver = browsers(served(TASKS / "two_mass_small.toml").address, prefers_reduced_motion="reduce")
+    for index in (0, 1):
+        slide(driver, index, 1.0)
+    settled(driver)
+    # The corner of the map is 12 pixels from the right edge and 9 from the top: what is seen there is outside of it.
+    red = """(() => { const canvas = document.getElementById('map-canvas'), ratio = canvas.width / canvas.clientWidth;
+      const at = [canvas.clientWidth - 12 + 3, 9 - 3].map((place) => Math.round(place * ratio));
+      return [...canvas.getContext('2d').getImageData(...at, 1, 1).data]; })()"""
+    until(driver, f"{red}.join() === '214,39,40,255'", why=run(driver, f"return {red}"))
+    quiet(driver)
+
+
 def test_the_view_fits_the_robot_and_tells_forces_apart(served, browsers):
     """Rails, by which the fingers could go much farther than they do, made the gripper tiny."""
     driver = browsers(served(TASKS / "soft_gripper.toml").address, prefers_reduced_motion="reduce")
