@@ -246,7 +246,8 @@ fn contacts_that_start_deep_inside_are_told() {
 /// What the reader of a robot file warns of: every command that reads the task prints it, and so does the one that writes it.
 #[test]
 fn warnings_of_the_robot_file_are_printed() {
-    let robot = ARM.replacen("<robot ", "<robot unknown_attribute=\"1\" ", 1).replacen("</robot>", "<strange/></robot>", 1);
+    let robot =
+        ARM.replacen("<robot ", "<robot unknown_attribute=\"1\" ", 1).replacen("</robot>", "<strange/></robot>", 1);
     for words in [&[][..], &["--template", "reach"]] {
         let folder = Folder::new();
         std::fs::write(folder.path("robot.urdf"), &robot).unwrap();

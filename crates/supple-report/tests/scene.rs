@@ -82,7 +82,7 @@ fn guides_are_the_last_vertices_of_a_surface() {
     let shown = data(&[("a", &scene(vec![rail, cube], vec![])), ("b", &scene(vec![cube], vec![]))]);
     let guides = shown["designs"][0]["bodies"][0]["guides"].as_u64().unwrap() as usize;
     let (vertices, _) = surface(&shown, 0);
-    let is_near = |vertex: &[f64; 3]| vertex.iter().all(|entry| entry.abs() <= 0.5);
+    let is_near = |vertex: &[f32; 3]| vertex.iter().all(|entry| entry.abs() <= 0.5);
     let (own, far) = vertices.split_at(vertices.len() - guides);
     assert!(own.len() == 8 && own.iter().all(is_near) && far.iter().any(|vertex| !is_near(vertex)));
     assert!(shown["designs"][1]["bodies"][0].get("guides").is_none());
