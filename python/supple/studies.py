@@ -238,7 +238,7 @@ class Pareto(Result):
     @property
     def remarks(self) -> list[str]:
         """Where cost limits become active along the front."""
-        return list(self._data["remarks"])
+        return [remark["text"] for remark in self._data["remarks"]]
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = [(f"{point.factor:.6g}", f"{point.information_nats / math.log(2):.6g} bits") for point in self.points]

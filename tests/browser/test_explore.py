@@ -578,7 +578,84 @@ def test_arrows_of_forces_are_drawn_over_walls(served, browsers):
     arrows = [place for place, (kind, _, color) in enumerate(traces) if kind == "scatter3d" and color.endswith(",0.99)")]
     # What is not opaque is drawn last, in this order and without hiding what follows.
     assert len(arrows) == 2 and walls and min(walls) < min(arrows)
+    # The arm that presses is seen through wall and band.
+    assert all(traces[place][1] <= 0.25 for place in walls), traces
     quiet(driver)
+
+
+def test_marks_on_the_map_are_whole_at_the_ends_of_ranges(served, browsers):
+    driver = browsers(served(TASKS / "two_mass_small.toml").address, prefers_reduced_motion="reduce")
+    for index in (0, 1):
+        slide(driver, index, 1.0)
+    settled(driver)
+    # The corner of the map is 12 pixels from the right edge and 9 from the top: what is seen there is outside of it.
+    red = """(() => { const canvas = document.getElementById('map-canvas'), ratio = canvas.width / canvas.clientWidth;
+      const at = [canvas.clientWidth - 12 + 3, 9 - 3].map((place) => Math.round(place * ratio));
+      return [...canvas.getContext('2d').getImageData(...at, 1, 1).data]; })()"""
+    until(driver, f"{red}.join() === '214,39,40,255'", why=run(driver, f"return {red}"))
+    quiet(driver)
+
+
+def test_the_view_fits_the_robot_and_tells_forces_apart(served, browsers):
+    """Rails, by which the fingers could go much farther than they do, made the gripper tiny."""
+    driver = browsers(served(TASKS / "soft_gripper.toml").address, prefers_reduced_motion="reduce")
+    until(driver, "document.querySelector('#scene .supple-scene-view')?.data !== undefined")
+    view = "document.querySelector('#scene .supple-scene-view')"
+    scene = run(driver, f"return ['xaxis', 'yaxis', 'zaxis'].map((axis) => {view}._fullLayout.scene[axis].range)")
+    bodies = run(
+        driver,
+        """const parts = { inside: [Infinity, -Infinity], all: [Infinity, -Infinity] };
+           for (const body of Explore.now.scene.bodies) {
+             const mesh = Explore.motion.surface(body.mesh), count = mesh.vertices.length / 3;
+             const out = SuppleScene.geometry.coordinates(count);
+             SuppleScene.geometry.place(mesh.vertices, body.position[0], body.rotation[0], out, 0);
+             out.y.forEach((y, n) => {
+               for (const part of n < count - (body.guides ?? 0) ? [parts.inside, parts.all] : [parts.all]) {
+                 part[0] = Math.min(part[0], y);
+                 part[1] = Math.max(part[1], y);
+               }
+             });
+           }
+           return parts;""",
+    )
+    (low, high), (inner, outer) = bodies["all"], bodies["inside"]
+    assert low < scene[1][0] or high > scene[1][1], "the rails are within the box"
+    assert scene[1][0] <= inner and outer <= scene[1][1], "the robot is not"
+    colours = run(
+        driver,
+        f"""return {view}.data.filter(({{ type, line }}) => type === 'scatter3d' && line.color.endsWith(',0.99)'))
+             .map(({{ line }}) => line.color)""",
+    )
+    assert len(colours) == 2 and len(set(colours)) == 2, colours
+    legend = "document.querySelector('#scene .supple-scene-legend').textContent"
+    for entry in ["moving bodies", "fixed bodies", "walls", "springs", "contact force on the robot", "spring force", "times as large"]:
+        assert entry in run(driver, f"return {legend}"), entry
+    # What is not shown is not in the legend.
+    run(driver, "[...document.querySelectorAll('#scene label')].find((l) => l.textContent === 'Spring forces').click()")
+    until(driver, f"!{legend}.includes('spring force')")
+    quiet(driver)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_lines_of_robots_stand_out_from_the_page(served, browsers, scheme):
+    driver = browsers(served(TASKS / "wiping_arm.toml").address, prefers_color_scheme=scheme, prefers_reduced_motion="reduce")
+    until(driver, "document.querySelector('#scene .supple-scene-view')?.data !== undefined")
+    colours, paper = run(
+        driver,
+        """const [bodies] = document.querySelector('#scene .supple-scene-view').data;
+           return [[...new Set(bodies.facecolor)], getComputedStyle(document.body).backgroundColor];""",
+    )
+
+    def luminance(parts):
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (part / 255 for part in parts)]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    behind = luminance([int(part) for part in re.findall(r"\d+", paper)[:3]])
+    for colour in colours:
+        own = luminance([int(colour[n : n + 2], 16) for n in (1, 3, 5)])
+        low, high = sorted([behind, own])
+        # What WCAG asks of graphics.
+        assert (high + 0.05) / (low + 0.05) >= 3, (colour, paper)
 
 
 def test_a_taken_port_and_a_missing_browser_are_told(served, tmp_path):

@@ -222,6 +222,56 @@ def test_a_print_has_all_plots_in_light_colours(open_page):
     assert all(colour == "#ffffff" and width <= 700 for colour, width in plots)
 
 
+#: Colours of a picture that is the source of an image, by how many of its pixels have them.
+COLOURS_OF = """
+  const image = arguments[0], canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [300, 200];
+  const context = canvas.getContext('2d'), seen = new Map();
+  context.fillStyle = '#ffffff';
+  context.fillRect(0, 0, 300, 200);
+  context.drawImage(image, 0, 0, 300, 200);
+  const { data } = context.getImageData(0, 0, 300, 200);
+  for (let i = 0; i < data.length; i += 4) {
+    const key = data.slice(i, i + 3).join();
+    seen.set(key, (seen.get(key) ?? 0) + 1);
+  }
+  return [...seen];"""
+
+
+def test_a_print_has_a_picture_of_the_robot_in_light_colours(open_page):
+    """The view was blank in print: browsers do not keep what WebGL has drawn."""
+    driver = open_page(prefers_color_scheme="dark", prefers_reduced_motion="reduce")
+    wait(driver, "document.querySelector('[data-scene]')?.dataset.drawn >= 1")
+    driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})
+    pictures = driver.find_elements(By.CSS_SELECTOR, "[data-scene] .supple-scene-print img")
+    assert pictures
+    for image in pictures:
+        # The moment of the greatest force, where the reader has not chosen another one.
+        assert " at 0.00 s" not in image.get_attribute("alt")
+        WebDriverWait(driver, PATIENCE).until(lambda d, i=image: d.execute_script("return arguments[0].naturalWidth > 0", i))
+        colours = driver.execute_script(COLOURS_OF, image)
+        assert len(colours) > 50, "the picture is empty"
+        assert max(colours, key=lambda one: one[1])[0] == "255,255,255"
+    # Seen in print only, where the view and its controls are not.
+    shown = "return getComputedStyle(document.querySelector(arguments[0])).display !== 'none'"
+    parts = ["[data-scene] .supple-scene-print", "[data-scene] .supple-scene-view", "[data-scene] .supple-scene-controls"]
+    assert [driver.execute_script(shown, part) for part in parts] == [False, True, True]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert [driver.execute_script(shown, part) for part in parts] == [True, False, False]
+
+
+def test_the_view_of_the_robot_follows_the_theme_and_has_a_legend(open_page):
+    driver = open_page(prefers_color_scheme="light", prefers_reduced_motion="reduce")
+    wait(driver, "document.querySelector('[data-scene]')?.dataset.drawn >= 1")
+    legend = lambda: driver.find_element(By.CSS_SELECTOR, "[data-scene] .supple-scene-legend").get_attribute("textContent")
+    for entry in ["bodies of start", "walls", "springs (coils)", "contact force on the robot (thick arrows): ", "standard deviations"]:
+        assert entry in legend(), legend()
+    text = "document.querySelector('[data-scene] .supple-scene-view')._fullLayout.scene.xaxis.color"
+    light = driver.execute_script(f"return {text}")
+    Select(driver.find_element(By.ID, "theme")).select_by_value("dark")
+    wait(driver, f"{text} !== '{light}'")
+
+
 def test_those_who_want_less_motion_get_a_robot_at_rest(open_page):
     driver = open_page(prefers_reduced_motion="reduce")
     view = driver.find_element(By.CSS_SELECTOR, "[data-scene]")

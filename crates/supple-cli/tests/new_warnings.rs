@@ -252,3 +252,20 @@ fn contacts_that_start_deep_inside_are_told() {
         "{all}"
     );
 }
+
+/// What the reader of a robot file warns of: every command that reads the task prints it, and so does the one that writes it.
+#[test]
+fn warnings_of_the_robot_file_are_printed() {
+    let robot =
+        ARM.replacen("<robot ", "<robot unknown_attribute=\"1\" ", 1).replacen("</robot>", "<strange/></robot>", 1);
+    for words in [&[][..], &["--template", "reach"]] {
+        let folder = Folder::new();
+        std::fs::write(folder.path("robot.urdf"), &robot).unwrap();
+        let run = folder.run(&[&["new", "task", "--robot", "robot.urdf"], words].concat());
+        assert_eq!(run.code, Some(0), "{words:?}: {}", run.stderr);
+        let expected = folder.run(&["evaluate", "task.toml", "--rollouts", "0"]).stderr;
+        let of_file: Vec<&str> = expected.lines().filter(|line| line.contains("strange")).collect();
+        assert_eq!(of_file.len(), 1, "{expected}");
+        assert_eq!(run.stderr.matches(of_file[0]).count(), 1, "{words:?}: {}", run.stderr);
+    }
+}

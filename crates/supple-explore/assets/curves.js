@@ -194,7 +194,7 @@
 
   function keys() {
     const touching = E.now?.curves?.touching?.filter(({ intervals }) => intervals.length) ?? [];
-    const text = touching.length ? `Shaded: ${touching.map(({ name }) => name).join(", ")} touches.` : "";
+    const text = touching.length ? `Shaded: ${touching.map(({ name }) => name).join(", ")} touch${touching.length > 1 ? "" : "es"}.` : "";
     document.getElementById("curve-keys").textContent = text;
   }
 

@@ -4,7 +4,7 @@
   const D = E.design, make = E.make;
   // Viridis, at nine places.
   const STOPS = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37]];
-  const NAMES = { measured: "measured information, bits", used: "used information, bits", cost: "expected cost", excess: "cost above its limit, %", price: "shadow price, bits per unit of cost" };
+  const NAMES = { measured: "measured information, bits", used: "used information, bits", excess: "cost above its limit, %", price: "shadow price, bits per unit of cost" };
   const PLACES = { measured: 2, used: 3, excess: 4, cost: 5, price: 6 };
   const element = (id) => document.getElementById(id);
   const map = { axes: null, gaps: 32, grid: new Map(), id: 0, done: [0, 0], path: [] };
@@ -151,8 +151,9 @@
     context.clip();
     context.drawImage(small, box.x - cell[0] / 2, box.y - cell[1] / 2, box.w + cell[0], box.h + cell[1]);
     limitLine(context, box);
-    marks(context, box);
+    ways(context, box);
     context.restore();
+    marks(context, box);
     frameAxes(context, box, map.axes.map((index) => D.knobs[index]), height);
     legend(of, low, high, canvas);
   }
@@ -223,10 +224,14 @@
     context.fillText(text, x, y);
   }
 
-  /** Where one was, the way of the search, pins, and where one is. */
-  function marks(context, box) {
+  /** Where one was, and the way of the search. */
+  function ways(context, box) {
     line(context, D.trail.slice(-150), box, "#fff", []);
     line(context, map.path, box, "#ffb454", [4, 3]);
+  }
+
+  /** Pins, and where one is: whole also at the ends of ranges, where searches often end. */
+  function marks(context, box) {
     D.pins.forEach((pin) => dot(context, position(pin.values, box), "#7a2f63", pin.name));
     dot(context, position(D.values, box), "#d62728", "");
   }
@@ -279,9 +284,14 @@
     const progress = total && done < total ? ` ${done} of ${total} designs.` : "";
     const lost = [...map.grid.values()].filter((point) => point[2] === null).length;
     const gaps = lost ? ` ${lost} designs have no plan.` : "";
-    const note = `Colours: ${NAMES[of]}, from ${E.number(scale * low, 3)} (dark) to ${E.number(scale * high, 3)} (light). Pale: above a cost limit; red line: at it.${gaps}${progress}`;
+    const note = `Colours: ${of === "cost" ? costName() : NAMES[of]}, from ${E.number(scale * low, 3)} (dark) to ${E.number(scale * high, 3)} (light). Pale: above a cost limit; red line: at it.${gaps}${progress}`;
     element("map-note").textContent = note;
     canvas.setAttribute("aria-label", `Map over ${D.knobs[map.axes[0]].name} and ${D.knobs[map.axes[1]].name}. Arrow keys move the design on screen, a click moves it there. ${note}`);
+  }
+
+  /** What the cost of a design is: that of the one task, or of all. */
+  function costName() {
+    return D.tasks.length > 1 ? "expected cost, sum of all tasks" : "expected cost";
   }
 
   /** The points of the map by cost and information; those that no other one beats in both are the front. */
@@ -303,7 +313,8 @@
     const at = (cost, info) => [box.x + ((cost - costs[0]) / (costs[1] - costs[0])) * box.w, box.y + (1 - (info - bits[0]) / (bits[1] - bits[0])) * box.h];
     context.save();
     context.beginPath();
-    context.rect(box.x - 4, box.y - 4, box.w + 8, box.h + 8);
+    const room = 9 * E.larger();
+    context.rect(box.x - room, box.y - room, box.w + 2 * room, box.h + 2 * room);
     context.clip();
     context.fillStyle = SuppleTheme.colour("@7/0.35");
     points.forEach((point) => { const [x, y] = at(point[5], point[2]); context.fillRect(x - 1.5, y - 1.5, 3, 3); });
@@ -314,10 +325,10 @@
     if (E.now) dot(context, at(cost(E.now.numbers), E.now.numbers.measured), "#d62728", "");
     context.restore();
     const linear = (name, [from, to]) => ({ name, unit: "", scale: "linear", bounds: [from, to] });
-    frameAxes(context, box, [linear("expected cost", costs), linear("measured, bits", bits)], height);
+    frameAxes(context, box, [linear(costName(), costs), linear("measured, bits", bits)], height);
     const note = `${front.length} of ${points.length} designs of the map are Pareto-optimal (blue). A click shows the nearest of these; the arrow keys go along them.`;
     element("front-note").textContent = note;
-    canvas.setAttribute("aria-label", `Designs by expected cost and measured information. ${note}`);
+    canvas.setAttribute("aria-label", `Designs by ${costName()} and measured information. ${note}`);
   }
 
   function goTo(point) {

@@ -4,6 +4,8 @@
   const D = E.design;
   // Browsers without a graphics card take long for a picture: there the robot follows when sliders rest.
   const FAST = 60, REST = 200;
+  // Places of colours in the view: pins have those of their curves.
+  const COLOURS = { now: 0, A: 3, B: 1, C: 4 };
   let meshes = [], warnings = [], view = null, waiting = 0, took = 0, before = new Map();
 
   /** Surfaces that came with an answer. */
@@ -48,20 +50,19 @@
     const drawn = () => { took = performance.now() - began; };
     if (!view) {
       // The view decodes surfaces itself; here they are there already.
-      view = SuppleScene.mount(place, { meshes: [], designs: [], warnings }, list.map((one, n) => prepared(one, n)));
+      view = SuppleScene.mount(place, { meshes: [], designs: [], warnings }, list.map(prepared));
       place.dataset.shown = "1";
       view.busy?.then(drawn);
       return;
     }
-    view.replace(list.map((one, n) => prepared(one, n)));
+    view.replace(list.map(prepared));
     view.busy?.then(drawn);
     place.dataset.shown = String(Number(place.dataset.shown) + 1);
   }
 
-  function prepared(design, index) {
-    const last = before.get(index);
-    const made = SuppleScene.figure.prepare(design, meshes, index, last);
-    before.set(index, made);
+  function prepared(design) {
+    const made = SuppleScene.figure.prepare(design, meshes, COLOURS[design.name] ?? 0, before.get(design.name));
+    before.set(design.name, made);
     return made;
   }
 
@@ -74,5 +75,5 @@
     document.getElementById("scene").replaceChildren();
   }
 
-  E.motion = { take, show, clear };
+  E.motion = { take, show, clear, surface: (index) => meshes[index] };
 })(window.Explore);

@@ -21,6 +21,7 @@
     }, { rootMargin: "400px" });
     figures.forEach((figure) => near.observe(figure.element));
     SuppleTheme.onChange(() => figures.filter((figure) => figure.drawn).forEach((figure) => figure.draw()));
+    SuppleTheme.onChange(() => document.dispatchEvent(new Event("supple-theme")));
     drawForPrint(figures);
   }
 

@@ -19,6 +19,15 @@
 .supple-scene-controls option { color: #000; background: #fff; }
 .supple-scene-play { min-width: 4.6rem; }
 .supple-scene-note { font-size: 0.8125rem; opacity: 0.85; margin: 0; }
+.supple-scene-legend { display: flex; flex-wrap: wrap; gap: 0.1rem 1.1rem; padding: 0; list-style: none; max-width: none; }
+.supple-scene-print { display: none; }
+@media print {
+  .supple-scene-view, .supple-scene-controls { display: none; }
+  .supple-scene-print { display: flex; gap: 0.5rem; }
+  .supple-scene-print figure { flex: 1 1 0; margin: 0; min-width: 0; }
+  .supple-scene-print img { display: block; width: 100%; }
+  .supple-scene-key { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+}
 .supple-scene-key { display: inline-block; width: 0.9em; height: 0.9em; border-radius: 0.15em; vertical-align: -0.08em; }`;
 
   function make(tag, attributes, ...children) {
@@ -51,10 +60,10 @@
       }));
       this.take(prepared || data.designs.map((design, index) => F.prepare(design, meshes, index)));
       this.scales = F.scales(this.designs);
-      this.box = F.bounds(this.designs);
+      this.box = F.bounds(this.designs, this.scales);
       this.home = F.camera(this.box);
       this.eye = this.home;
-      this.show = { forces: true, beliefs: true };
+      this.show = { forces: true, pulls: true, beliefs: true };
       this.overlaid = false;
       this.playing = false;
       this.frame = 0;
@@ -69,18 +78,21 @@
     }
 
     /**
-     * Shows other designs, prepared by `SuppleScene.figure.prepare`, at the frame that is shown. Camera and box stay;
-     * scales change only by much, so that arrows can be compared.
+     * Shows other designs, prepared by `SuppleScene.figure.prepare`, at the frame that is shown. The camera stays, and the box
+     * as long as it fits; scales change only by much, so that arrows can be compared.
      */
     replace(designs) {
       const before = this.traces.map(({ kind, index, design }) => [kind, index, design.model]);
       const names = this.designs.map((design) => design.name).join();
       this.take(designs);
       this.rescale();
+      this.describe();
+      const fresh = F.bounds(designs, this.scales), fits = F.fits(this.box, fresh);
+      if (!fits) this.box = fresh;
       const frame = Math.min(this.frame, this.master.time.length - 1);
       this.range.max = String(this.master.time.length - 1);
       const now = this.plan();
-      const same = names === designs.map((design) => design.name).join() && now.length === before.length
+      const same = fits && names === designs.map((design) => design.name).join() && now.length === before.length
         && now.every(({ kind, index, design }, n) =>
           kind === before[n][0] && index === before[n][1] && (kind !== "bodies" || design.model === before[n][2]));
       this.traces = now;
@@ -93,9 +105,8 @@
     rescale() {
       const fresh = F.scales(this.designs);
       const far = (a, b) => !(a / b < 3 && b / a < 3);
-      if (["force", "torque", "belief"].every((key) => !far(fresh[key], this.scales[key]))) return;
+      if (["force", "pull", "torque", "belief"].every((key) => !far(fresh[key], this.scales[key]))) return;
       this.scales = fresh;
-      this.describe();
     }
 
     end(design) {
@@ -110,7 +121,8 @@
         onkeydown: (event) => this.key(event),
       });
       this.element.classList.add("supple-scene");
-      this.element.replaceChildren(this.view, this.controls(), this.note());
+      this.still = make("div", { class: "supple-scene-print" });
+      this.element.replaceChildren(this.view, this.still, this.controls(), this.note());
       this.draw();
       this.listen();
     }
@@ -125,7 +137,7 @@
       this.output = make("output", {});
       const box = (label, key) => make("label", {}, make("input", {
         type: "checkbox", checked: this.show[key],
-        onchange: (event) => { this.show[key] = event.target.checked; this.draw(); },
+        onchange: (event) => { this.show[key] = event.target.checked; this.describe(); this.draw(); },
       }), label);
       const list = (label, options, chosen, use) => {
         const select = make("select", { onchange: (event) => use(event.target.value) },
@@ -147,7 +159,8 @@
           this.draw();
         }));
       }
-      if (this.any("forces") || this.any("torques")) parts.push(box("Forces", "forces"));
+      if (this.any("forces")) parts.push(box("Contact forces", "forces"));
+      if (this.any("pulls") || this.any("torques")) parts.push(box("Spring forces", "pulls"));
       if (this.any("beliefs") || this.any("bands")) {
         parts.push(box("Belief", "beliefs"));
         parts.push(list("Belief drawn", FACTORS.map((f) => [f, `${f} ×`]), this.scales.belief, (value) => {
@@ -165,37 +178,64 @@
     }
 
     note() {
-      this.text = make("p", { class: "supple-scene-note" });
+      this.text = make("ul", { class: "supple-scene-note supple-scene-legend", "aria-label": "Legend of the view" });
       this.describe();
       const warnings = this.warnings.map((warning) => make("p", { class: "supple-scene-note" }, `Warning: ${warning}.`));
       return make("div", {}, this.text, ...warnings);
     }
 
-    /** What is seen, in words: colours and scales. */
+    /** The legend: colours in words, and scales. */
     describe() {
-      const key = (colour) => make("span", { class: "supple-scene-key", style: `background:${colour}`, "aria-hidden": "true" });
+      const { dark } = this.colours(), shared = F.palette(dark), own = (design) => F.colour(design.index, dark);
+      const key = (colour, opacity = 1) => make("span", {
+        class: "supple-scene-key", style: `background:${colour};opacity:${opacity}`, "aria-hidden": "true",
+      });
       const near = this.scales.size < 0.5;
-      const per = (scale, unit) => (near ? `1 cm is ${short(scale / 100)} ${unit}` : `10 cm is ${short(scale / 10)} ${unit}`);
+      const per = (scale, unit) => (near ? `1\u00a0cm is ${short(scale / 100)}\u00a0${unit}` : `10\u00a0cm is ${short(scale / 10)}\u00a0${unit}`);
       const parts = [];
-      if (this.designs.length > 1) this.designs.forEach((design) => parts.push(key(design.colour), ` ${design.name}. `));
-      if (this.any("forces")) parts.push(key(F.FORCE), ` force: ${per(this.scales.force, "N")}. `);
-      if (this.any("torques")) parts.push(key(F.TORQUE), ` torque: ${per(this.scales.torque, "N·m")}. `);
-      if (this.any("beliefs") || this.any("bands")) {
+      const line = (keys, text) => parts.push(make("li", {}, ...keys, ` ${text}`));
+      const several = this.designs.length > 1, bodies = this.designs.flatMap((design) => design.bodies);
+      if (several) this.designs.forEach((design) => line([key(own(design))], `bodies of ${design.name}`));
+      else if (bodies.some(F.moves)) line([key(own(this.designs[0]))], "moving bodies");
+      if (bodies.some((body) => !F.moves(body))) line([key(shared.fixed)], "fixed bodies");
+      if (this.any("walls")) line([key(shared.wall, 0.5)], "walls");
+      if (this.any("springs")) line([key(shared.spring)], "springs (coils)");
+      if (this.any("forces") && this.show.forces) {
+        line([key(shared.force)], `contact force on the robot (thick arrows): ${per(this.scales.force, "N")}`);
+      }
+      if (this.any("pulls") && this.show.pulls) {
+        line([key(shared.spring)], `spring force on the body at the arrow (thin): ${per(this.scales.pull, "N")}`);
+      }
+      if (this.any("torques") && this.show.pulls) {
+        line([key(shared.torque)], `spring torque (two heads): ${per(this.scales.torque, "N·m")}`);
+      }
+      if ((this.any("beliefs") || this.any("bands")) && this.show.beliefs) {
         const factor = this.scales.belief;
         const larger = factor === 1 ? "to scale" : `drawn ${factor} times as large`;
-        parts.push(`Translucent: estimated position of points and walls, 2 standard deviations, ${larger}.`);
+        const what = [this.any("beliefs") && "points (ellipsoids)", this.any("bands") && "walls (bands)"];
+        const text = `estimation error of ${what.filter(Boolean).join(" and ")}: 2 standard deviations, ${larger}`;
+        line(this.designs.map((design) => key(own(design), 0.4)), text);
       }
       this.text.replaceChildren(...parts);
     }
 
-    style() {
-      // Scenes below one another need room each.
-      const rows = this.view.clientWidth < 640 && !this.overlaid ? this.designs.length : 1;
-      this.view.style.height = rows > 1 ? `calc(${0.6 * rows} * var(--supple-scene-height, 26rem))` : "";
-      const text = getComputedStyle(this.element).color;
-      const [r, g, b] = (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);
+    /** Whether the page is dark, by the colour of its text; and that colour. Prints are light. */
+    colours() {
+      const text = this.printing ? "#000000" : getComputedStyle(this.element).color;
+      const [r, g, b] = this.printing ? [0, 0, 0] : (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);
       const dark = 0.299 * r + 0.587 * g + 0.114 * b > 140;
-      const faint = `rgba(${r},${g},${b},0.18)`;
+      // Opaque: the plot would blend what is translucent with more than its background.
+      const paper = dark ? 24 : 255;
+      const faint = `rgb(${[r, g, b].map((v) => Math.round(paper + 0.18 * (v - paper))).join()})`;
+      return { text, dark, faint };
+    }
+
+    style() {
+      // Scenes below one another need room each; those beside one another are no higher than they are wide, or nearly so.
+      const scenes = this.overlaid ? 1 : this.designs.length, rows = this.view.clientWidth < 640 ? scenes : 1;
+      const most = Math.round((1.05 * this.view.clientWidth) / scenes), high = "var(--supple-scene-height, 26rem)";
+      this.view.style.height = rows > 1 ? `calc(${0.6 * rows} * ${high})` : `min(${high}, max(${most}px, 16rem))`;
+      const { text, dark, faint } = this.colours();
       const { clientWidth: width, clientHeight: height } = this.view, narrow = width < 640;
       const count = this.overlaid ? 1 : this.designs.length;
       const aspect = (narrow ? width / (height / count) : width / count / height) || 1;
@@ -228,6 +268,33 @@
         plotGlPixelRatio: Math.min(2, window.devicePixelRatio || 1),
       });
       return this.until(done);
+    }
+
+    /**
+     * A picture for print, where the view itself is blank: browsers keep no drawing of WebGL beyond the moment in which it is
+     * shown. Called when a print begins, it ends before the print does. It shows the frame that the reader chose, or else the
+     * one with the greatest contact force.
+     */
+    print(begins) {
+      this.printing = begins;
+      const { frame } = this, isChosen = frame > 0 && !this.playing;
+      if (begins && !isChosen) this.frame = F.strongest(this.master);
+      this.describe();
+      this.draw();
+      if (begins) this.keep();
+      this.frame = frame;
+    }
+
+    /** Keeps pictures of what is drawn. */
+    keep() {
+      const scenes = Object.keys(this.view._fullLayout || {}).filter((key) => /^scene\d*$/.test(key));
+      const time = `at ${this.master.time[this.frame].toPrecision(3)} s`;
+      this.still.replaceChildren(...scenes.map((key, n) => {
+        const name = scenes.length > 1 ? this.designs[n].name : "The motion";
+        const text = `${name} ${time}`;
+        const src = this.view._fullLayout[key]._scene.toImage("png");
+        return make("figure", {}, make("img", { src, alt: text }), make("figcaption", {}, text));
+      }));
     }
 
     /** Moves what is drawn to the frame. */
@@ -368,7 +435,11 @@
         if (key) this.look(event[key]);
       };
       this.view.on("plotly_relayout", turned);
-      document.addEventListener("supple-theme", () => this.draw());
+      // As long as it is on the page.
+      const whenThere = (act) => () => { if (this.view.isConnected) act(); };
+      document.addEventListener("supple-theme", whenThere(() => { this.describe(); this.draw(); }));
+      addEventListener("beforeprint", whenThere(() => this.print(true)));
+      addEventListener("afterprint", whenThere(() => this.print(false)));
       new ResizeObserver(() => {
         if (!this.view.clientWidth) return;
         // The robot fills the window as it was when all was drawn.

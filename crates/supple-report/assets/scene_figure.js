@@ -3,10 +3,23 @@
   "use strict";
   const G = S.geometry;
 
-  // Okabe and Ito: to be told apart by all.
-  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00"];
-  const FORCE = "#d62728", TORQUE = "#9467bd";
-  const KINDS = ["bodies", "walls", "bands", "springs", "forces", "torques", "beliefs"];
+  // Okabe and Ito: to be told apart by all. Those of the page's plots, which are lighter where the paper is dark.
+  const COLOURS = ["#0072b2", "#c98500", "#009e73", "#b0558c", "#3d9bd1", "#d55e00"];
+  const LIGHTER = ["#56b4e9", "#f2b632", "#2bc49a", "#e3a3c8", "#a9d8f5", "#f0803c"];
+  const KINDS = ["bodies", "walls", "edges", "bands", "springs", "pulls", "forces", "torques", "beliefs"];
+
+  /** Colours of what all designs share. */
+  function palette(dark) {
+    return dark
+      ? { fixed: "#c3c7ce", wall: "#9aa0aa", force: "#ff6b60", spring: "#e8e6e1", torque: "#c5a3f0" }
+      : { fixed: "#565b64", wall: "#7a7f88", force: "#d62728", spring: "#1b1b1b", torque: "#7d4fb5" };
+  }
+
+  /** The colour of a design. */
+  function colour(index, dark) {
+    const list = dark ? LIGHTER : COLOURS;
+    return list[index % list.length];
+  }
 
   function mix(colour, other, share) {
     const parts = (text) => [1, 3, 5].map((n) => parseInt(text.slice(n, n + 2), 16));
@@ -22,27 +35,30 @@
     const bodies = design.bodies.filter((body) => body.mesh !== null);
     const surfaces = bodies.map((body) => meshes[body.mesh]);
     const ball = G.ball(14, 8), cube = G.cube();
-    const colour = COLOURS[index % COLOURS.length];
-    const moving = (body) => body.position.length > 1 || body.rotation.length > 1;
-    const tints = bodies.map((body, n) => {
-      if (!moving(body)) return "#8a8f98";
-      return n % 2 ? mix(colour, "#ffffff", 0.3) : colour;
-    });
-    const shared = before && before.colour === colour && before.surfaces.length === surfaces.length
+    const shared = before && before.index === index && before.surfaces.length === surfaces.length
       && surfaces.every((surface, n) => surface === before.surfaces[n]);
     if (shared) {
-      const { model, facecolor } = before;
+      const { model } = before;
       const plates = before.walls.length === design.walls.length ? before.plates : G.merge(design.walls.map(() => cube));
       const balls = before.beliefs.length === design.beliefs.length ? before.balls : G.merge(design.beliefs.map(() => ball));
-      return { ...design, bodies, surfaces, model, facecolor, ball, cube, colour, plates, balls };
+      return { ...design, bodies, surfaces, model, index, ball, cube, plates, balls };
     }
-    const model = G.merge(surfaces);
     return {
-      ...design, bodies, surfaces, model, ball, cube, colour,
-      facecolor: model.of.map((n) => tints[n]),
+      ...design, bodies, surfaces, model: G.merge(surfaces), index, ball, cube,
       plates: G.merge(design.walls.map(() => cube)),
       balls: G.merge(design.beliefs.map(() => ball)),
     };
+  }
+
+  function moves(body) {
+    return body.position.length > 1 || body.rotation.length > 1;
+  }
+
+  /** The colour of each triangle: neighbours of a design in two shades, what stands still in grey. */
+  function tints(design, dark) {
+    const own = colour(design.index, dark), other = mix(own, "#000000", 0.25);
+    const of = design.bodies.map((body, n) => (!moves(body) ? palette(dark).fixed : n % 2 ? other : own));
+    return design.model.of.map((n) => of[n]);
   }
 
   function bodies(design, frame) {
@@ -67,6 +83,16 @@
       G.place(vertices, G.at(wall.position, frame), wall.rotation, out, design.plates.firsts[n]);
     });
     return out;
+  }
+
+  /** The edges of the plates of walls. */
+  function edges(design, frame) {
+    const { x, y, z } = walls(design, frame, 0), lines = new G.Lines();
+    design.walls.forEach((_, n) => {
+      const corner = (m) => [x, y, z].map((list) => list[design.plates.firsts[n] + m]);
+      for (const ring of [[0, 1, 3, 2, 0], [4, 5, 7, 6, 4], [0, 4], [1, 5], [2, 6], [3, 7]]) lines.line(ring.map(corner));
+    });
+    return lines;
   }
 
   function beliefs(design, frame, factor) {
@@ -95,11 +121,11 @@
 
   /**
    * Arrows at second ends, outside of bodies as far as can be: what presses has its tip there, as contacts and
-   * compressed springs do; what pulls begins there.
+   * compressed springs do; what pulls begins there. Every arrow is the force on one side only: for a contact, on the robot.
    */
-  function arrows(design, frame, key, scale, heads) {
+  function arrows(design, frame, key, scale, of, heads = 1) {
     const lines = new G.Lines();
-    for (const connection of design.connections) {
+    for (const connection of design.connections.filter(of)) {
       const vector = G.times(1 / scale, G.at(connection[key], frame));
       const point = G.at(connection.to, frame), along = G.sub(point, G.at(connection.from, frame));
       const pushes = connection.kind === "contact" || (connection.kind === "spring" && G.dot(along, vector) > 0);
@@ -109,15 +135,27 @@
     return lines;
   }
 
+  /** The frame with the greatest contact force; the last one where nothing touches. */
+  function strongest(design) {
+    const force = (frame) => Math.max(0, ...design.connections.filter(touches).map((c) => G.length(G.at(c.force, frame))));
+    const last = design.time.length - 1;
+    return design.time.reduce((best, _, frame) => (force(frame) > force(best) ? frame : best), last);
+  }
+
+  const touches = (connection) => connection.kind === "contact";
+  const pulls = (connection) => connection.kind !== "contact";
+
   /** Coordinates of each kind of trace at a frame. */
   function shape(kind, design, frame, scales, show) {
     switch (kind) {
       case "bodies": return bodies(design, frame);
       case "walls": return walls(design, frame, 0);
+      case "edges": return edges(design, frame);
       case "bands": return walls(design, frame, scales.belief);
       case "springs": return springs(design, frame);
-      case "forces": return show.forces ? arrows(design, frame, "force", scales.force, 1) : new G.Lines();
-      case "torques": return show.forces ? arrows(design, frame, "torque", scales.torque, 2) : new G.Lines();
+      case "pulls": return show.pulls ? arrows(design, frame, "force", scales.pull, pulls) : new G.Lines();
+      case "forces": return show.forces ? arrows(design, frame, "force", scales.force, touches) : new G.Lines();
+      case "torques": return show.pulls ? arrows(design, frame, "torque", scales.torque, () => true, 2) : new G.Lines();
       default: return beliefs(design, frame, scales.belief);
     }
   }
@@ -133,70 +171,109 @@
   /** A trace of a kind. */
   function trace(kind, design, coordinates, style) {
     const common = { ...coordinates, scene: style.scene, hoverinfo: "skip", showlegend: false, name: design.name };
-    const light = { ambient: 0.55, diffuse: 0.7, specular: 0.15, roughness: 0.7, fresnel: 0.1 };
+    const light = { ambient: 0.7, diffuse: 0.55, specular: 0.1, roughness: 0.7, fresnel: 0.1 };
+    const shared = palette(style.dark), own = colour(design.index, style.dark);
     const mesh = ({ i, j, k }, more) => ({
       type: "mesh3d", i, j, k, flatshading: true, lighting: light, lightposition: { x: 1e4, y: -2e4, z: 3e4 },
       ...common, ...more,
     });
     const line = (color, width) => ({ type: "scatter3d", mode: "lines", line: { color, width }, ...common });
     switch (kind) {
-      case "bodies": return mesh(design.model, { facecolor: design.facecolor, opacity: style.opacity });
-      case "walls": return mesh(design.plates, { color: style.dark ? "#9aa0aa" : "#7a7f88", opacity: 0.5 });
-      case "bands": return mesh(design.plates, { color: design.colour, opacity: 0.25 });
-      case "springs": return line(mix(design.colour, style.dark ? "#ffffff" : "#000000", 0.35), 3);
-      case "forces": return line(above(FORCE), 6);
-      case "torques": return line(above(TORQUE), 6);
-      default: return mesh(design.balls, { color: design.colour, opacity: 0.3, flatshading: false });
+      case "bodies": return mesh(design.model, { facecolor: tints(design, style.dark), opacity: style.opacity });
+      // Faint, with edges: what touches a wall, and how it is pressed, is seen through it from either side.
+      case "walls": return mesh(design.plates, { color: shared.wall, opacity: 0.2 });
+      case "edges": return line(shared.wall, 2);
+      case "bands": return mesh(design.plates, { color: own, opacity: 0.12 });
+      case "springs": return line(shared.spring, 3);
+      case "pulls": return line(above(shared.spring), 3);
+      case "forces": return line(above(shared.force), 6);
+      case "torques": return line(above(shared.torque), 4);
+      default: return mesh(design.balls, { color: own, opacity: 0.25, flatshading: false });
     }
   }
 
   /** Whether a design has anything of a kind. */
   function has(kind, design) {
-    const any = (key) => design.connections.some((c) => c[key].some((row) => G.length(row) > 0));
+    const any = (key, of) => design.connections.some((c) => of(c) && c[key].some((row) => G.length(row) > 0));
     switch (kind) {
       case "bodies": return design.model.count > 0;
-      case "walls": return design.walls.length > 0;
+      case "walls": case "edges": return design.walls.length > 0;
       case "bands": return design.walls.some((wall) => wall.deviation.some((d) => d > 0));
-      case "springs": return design.connections.some((c) => c.kind !== "contact");
-      case "forces": return any("force");
-      case "torques": return any("torque");
+      case "springs": return design.connections.some(pulls);
+      case "pulls": return any("force", pulls);
+      case "forces": return any("force", touches);
+      case "torques": return any("torque", () => true);
       default: return design.beliefs.length > 0;
     }
   }
 
-  /** One scale for all designs: how many N, or N m, are an arrow of 1 m; and how much larger beliefs are drawn. */
+  /** Scales of all designs: how many N, or N m, are an arrow of 1 m; and how much larger beliefs are drawn. */
   function scales(designs) {
     const size = Math.max(...designs.map((design) => design.size));
     const most = (lists) => lists.flat().reduce((best, value) => (value > best ? value : best), 0);
-    const strongest = (key) => most(designs.flatMap((d) => d.connections.map((c) => c[key].map(G.length))));
+    const largest = (key, of) => most(designs.flatMap((d) => d.connections.filter(of).map((c) => c[key].map(G.length))));
     const scale = (largest) => (largest > 0 ? G.niceAbove(largest / (0.45 * size)) : 1);
     const points = designs.flatMap((d) => d.beliefs.map((b) => b.covariance.map((c) => Math.sqrt(Math.max(c[0], c[3], c[5])))));
     const walls = designs.flatMap((d) => d.walls.map((wall) => wall.deviation));
     const widest = 2 * most([...points, ...walls]);
     const belief = widest > 0 ? Math.max(1, Math.min(1000, G.nice((0.08 * size) / widest))) : 1;
-    return { size, force: scale(strongest("force")), torque: scale(strongest("torque")), belief };
+    // Contacts and springs share a scale, unless the weaker ones would be too short to be seen.
+    const [touch, pull] = [largest("force", touches), largest("force", pulls)];
+    const apart = touch > 0 && pull > 0 && !(touch / pull < 3 && pull / touch < 3), both = Math.max(touch, pull);
+    return {
+      size, belief, force: scale(apart ? touch : both), pull: scale(apart ? pull : both),
+      torque: scale(largest("torque", () => true)),
+    };
   }
 
-  /** The box about all bodies and walls at all frames, wide enough in each direction to look around in. */
-  function bounds(designs) {
+  /** Points of the frames of a design that the view is to hold: those of guides, such as rails, may lie outside. */
+  function held(design, frame, scales) {
+    const all = bodies(design, frame), kept = { x: [], y: [], z: [] };
+    design.bodies.forEach((body, n) => {
+      const first = design.model.firsts[n], last = first + design.surfaces[n].vertices.length / 3 - (body.guides || 0);
+      for (const axis of ["x", "y", "z"]) kept[axis].push(all[axis].subarray(first, last));
+    });
+    const arrow = arrows(design, frame, "force", scales.force, touches);
+    for (const axis of ["x", "y", "z"]) kept[axis] = [...kept[axis], arrow[axis]];
+    return kept;
+  }
+
+  /**
+   * The box about what the robot and its contacts take along the plan: bodies, walls, and the forces between them, at no more
+   * than some frames; wide enough in each direction to look around in.
+   */
+  function bounds(designs, scales) {
+    const FRAMES = 26;
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     const take = ({ x, y, z }) => [x, y, z].forEach((list, n) => {
       for (const value of list) {
+        if (value === null) continue;
         if (value < low[n]) low[n] = value;
         if (value > high[n]) high[n] = value;
       }
     });
     for (const design of designs) {
-      for (let frame = 0; frame < design.time.length; frame++) {
-        take(bodies(design, frame));
+      const last = design.time.length - 1, gaps = Math.max(1, Math.min(last, FRAMES - 1));
+      for (let shot = 0; shot <= gaps; shot++) {
+        const frame = Math.round((shot * last) / gaps);
+        const { x, y, z } = held(design, frame, scales);
+        x.forEach((list, n) => take({ x: list, y: y[n], z: z[n] }));
         if (design.walls.length) take(walls(design, frame, 0));
       }
     }
     const longest = Math.max(...high.map((v, n) => v - low[n]), 1e-9);
     return low.map((v, n) => {
-      const middle = (v + high[n]) / 2, half = Math.max((high[n] - v) / 2 + 0.06 * longest, 0.18 * longest);
+      const middle = (v + high[n]) / 2, half = Math.max((high[n] - v) / 2 + 0.06 * longest, 0.13 * longest);
       return Number.isFinite(middle) ? [middle - half, middle + half] : [-0.5, 0.5];
     });
+  }
+
+  /** Whether a box still serves for what takes another one: it holds that, and is not much larger. */
+  function fits(box, other) {
+    const longest = (one) => Math.max(...one.map(([low, high]) => high - low));
+    const room = 0.05 * longest(box);
+    return longest(box) < 2 * longest(other)
+      && box.every(([low, high], n) => other[n][0] > low - room && other[n][1] < high + room);
   }
 
   /** Where the camera is at first: from the side that shows most of the box, a little from above. */
@@ -210,12 +287,37 @@
     };
   }
 
+  /**
+   * How many units of plotly a metre may have, so that the window holds all corners of a box and, beside it, the numbers of
+   * its axes.
+   */
+  function largest(lengths, { eye, center }, aspect) {
+    // Half of what the camera sees, at distance 1; the share of it that the box may take.
+    const HALF = Math.tan(Math.PI / 8), ACROSS = 0.72, UP = 0.84;
+    const at = [eye.x, eye.y, eye.z], back = G.sub(at, [center.x, center.y, center.z]);
+    const away = G.times(1 / G.length(back), back);
+    const right = G.times(1 / Math.hypot(away[0], away[1]), [-away[1], away[0], 0]);
+    const up = [away[1] * right[2] - away[2] * right[1], away[2] * right[0] - away[0] * right[2],
+      away[0] * right[1] - away[1] * right[0]];
+    const holds = (unit) => [...Array(8).keys()].every((n) => {
+      const corner = lengths.map((length, axis) => unit * length * (n >> axis & 1 ? 0.5 : -0.5));
+      const from = G.sub(corner, at), deep = -G.dot(from, away);
+      return deep > 0.1 && Math.abs(G.dot(from, right)) <= ACROSS * HALF * aspect * deep
+        && Math.abs(G.dot(from, up)) <= UP * HALF * deep;
+    });
+    let [low, high] = [0, 4 / Math.max(...lengths)];
+    for (let n = 0; n < 40; n++) {
+      const middle = (low + high) / 2;
+      if (holds(middle)) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
   /** Layout of `count` scenes beside or below one another. */
   function layout(count, box, eye, style, names) {
     const lengths = box.map(([low, high]) => high - low);
-    // As large as the window lets it be: plotly sees about one unit up and down from where the camera is.
-    const wide = Math.min(style.aspect, 1.7);
-    const unit = Math.min(1.15 / lengths[2], (1.2 * wide) / Math.hypot(lengths[0], lengths[1]));
+    const unit = largest(lengths, camera(box), style.aspect);
     const [width, depth, height] = lengths.map((length) => unit * length);
     const axis = (title, n) => ({
       title: { text: title, font: { size: 11 * style.size } }, range: box[n], autorange: false, nticks: 4, showbackground: false,
@@ -243,5 +345,5 @@
     return out;
   }
 
-  S.figure = { COLOURS, FORCE, TORQUE, KINDS, prepare, shape, trace, has, scales, bounds, camera, layout };
+  S.figure = { KINDS, palette, colour, moves, prepare, shape, trace, has, scales, bounds, fits, strongest, camera, layout };
 })((window.SuppleScene = window.SuppleScene || {}));

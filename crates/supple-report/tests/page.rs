@@ -13,7 +13,7 @@ use supple::{EvaluateOptions, Named};
 use supple_report::{ReportError, page};
 use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
-use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
+use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint, RangeEnd, Remark};
 use supple_study::sensors::SensorsOptions;
 use supple_study::study::Work;
 use supple_study::sweep::{Axis, Sweep, SweepOptions};
@@ -108,7 +108,7 @@ fn front(task: &LoadedTask) -> StudyResult {
     };
     let points = vec![at(0.9), at(1.0), at(1.2)];
     let options = ParetoOptions { points: 3, starts: 1, seed: 0 };
-    let remarks = vec!["the bound is active <all along>".into()];
+    let remarks = vec!["the bound is active <all along>".to_owned().into()];
     let information = supple::design::InformationWeights::MEASURED;
     StudyResult::Pareto(Box::new(Pareto { options, information, bounds: vec![250.0], points, remarks, stopped: false }))
 }
@@ -365,7 +365,9 @@ fn units_are_printed_alike_in_tables_texts_and_plots() {
     let written = written.replace("unit = \"N/m\"", "unit = \"kg m^2/s^2\"");
     let task = LoadedTask::restore(&[Source { path: path.display().to_string(), text: written }], &[]).unwrap();
     let StudyResult::Pareto(mut front) = front(&task) else { panic!() };
-    front.remarks.push("k2 is at its upper end, 50 kg m^2/s^2, at factor 1.2".to_owned());
+    // The unit is that of the parameter, whatever the text has in its place.
+    let end = RangeEnd { parameter: "k2".into(), side: "upper".into(), value: 50.0, places: "at factor 1.2".into() };
+    front.remarks.push(Remark { text: "k2 is at its upper end".into(), end: Some(end) });
     let folders = [
         folder("design", &task, design(&task, 1, 5)),
         folder("sweep", &task, sweep(&task, 4)),
@@ -377,7 +379,9 @@ fn units_are_printed_alike_in_tables_texts_and_plots() {
     // But for the task file itself, which is shown as it is written.
     let behind = |piece: &str| piece.split_once("</pre>").map_or(piece, |(_, behind)| behind).to_owned();
     let text: String = text.split("<pre").map(behind).collect();
-    for shown in ["<td>(N·m)²</td>", "<td>kg·m²/s²</td>", "its upper end, 50 kg·m²/s², at", "k1, (N·m)²"] {
+    for shown in
+        ["<td>(N·m)²</td>", "<td>kg·m²/s²</td>", "k2 is at its upper end, 50 kg·m²/s² at factor 1.2", "k1, (N·m)²"]
+    {
         assert!(text.contains(shown), "no {shown}");
     }
     for shown in ["k1, (N·m)²", "k2, kg·m²/s²"] {

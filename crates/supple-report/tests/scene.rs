@@ -69,10 +69,23 @@ fn shapes_are_closed_and_as_large_as_they_should_be() {
         (Solid::Capsule { radius: 0.5, length: 2.0 }, std::f64::consts::PI * (0.5 + 1.0 / 6.0), 0.94),
     ];
     for (solid, expected, least) in solids {
-        let turned = Shape { solid, position: at, rotation: [0.5, 0.5, 0.5, 0.5] };
+        let turned = Shape { rotation: [0.5, 0.5, 0.5, 0.5], ..Shape::at(at, solid) };
         let found = volume(&surface(&data(&[("a", &scene(vec![turned], vec![]))]), 0));
         assert!(found <= 1.00001 * expected && found >= least * expected, "{solid:?}: {found}, not {expected}");
     }
+}
+
+#[test]
+fn guides_are_the_last_vertices_of_a_surface() {
+    let rail = Shape { guide: true, ..Shape::at([0.0; 3], Solid::Capsule { radius: 0.1, length: 50.0 }) };
+    let cube = Shape::at([0.0; 3], Solid::Box { size: [1.0; 3] });
+    let shown = data(&[("a", &scene(vec![rail, cube], vec![])), ("b", &scene(vec![cube], vec![]))]);
+    let guides = shown["designs"][0]["bodies"][0]["guides"].as_u64().unwrap() as usize;
+    let (vertices, _) = surface(&shown, 0);
+    let is_near = |vertex: &[f32; 3]| vertex.iter().all(|entry| entry.abs() <= 0.5);
+    let (own, far) = vertices.split_at(vertices.len() - guides);
+    assert!(own.len() == 8 && own.iter().all(is_near) && far.iter().any(|vertex| !is_near(vertex)));
+    assert!(shown["designs"][1]["bodies"][0].get("guides").is_none());
 }
 
 const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 3\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";

@@ -1,6 +1,8 @@
 //! Designs: the search, and the report of what it found.
 
 use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -317,6 +319,22 @@ fn report(
     })
 }
 
+/// How far each of several tasks is.
+struct Shares {
+    of_tasks: Mutex<Vec<f64>>,
+    told: AtomicU64,
+}
+
+impl Shares {
+    /// By how many percent all tasks together are further now that one is at a share of its own.
+    fn more(&self, task: usize, share: f64) -> u64 {
+        let Ok(mut shares) = self.of_tasks.lock() else { return 0 };
+        shares[task] = share;
+        let percent = (100.0 * shares.iter().sum::<f64>() / shares.len() as f64).floor() as u64;
+        percent.saturating_sub(self.told.fetch_max(percent, Ordering::Relaxed))
+    }
+}
+
 /// Where a search began and ended.
 struct Ends<'a> {
     searcher: &'a Searcher<'a>,
@@ -331,14 +349,13 @@ impl Ends<'_> {
         let Self { phi, best, progress, .. } = self;
         let problem = self.searcher.problem;
         let nats: Vec<f64> = start.tasks.iter().map(|task| task.information.total_nats).collect();
-        progress.begin("causes of the change of information", 0, problem.tasks.len() as u64);
-        match problem.split((phi, &nats), (&best.to, &best.controls)) {
+        progress.begin("causes of the change of information, percent", 0, 100);
+        let shares = Shares { of_tasks: Mutex::new(vec![0.0; nats.len()]), told: AtomicU64::new(0) };
+        let tell = |task: usize, share: f64| progress.advance(shares.more(task, share));
+        match problem.split_watched((phi, &nats), (&best.to, &best.controls), &tell) {
             Err(supple::Error::Stopped) => None,
             // Plans on the way may be missing where both ends have them.
-            split => {
-                progress.advance(problem.tasks.len() as u64);
-                Some(split.unwrap_or_default())
-            }
+            split => Some(split.unwrap_or_default()),
         }
     }
 
@@ -383,5 +400,17 @@ fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
         evaluations: summary.evaluations,
         evaluations_without_contact: summary.without_contact,
         error: summary.error.as_ref().map(ToString::to_string),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tasks_at_work_together_advance_by_whole_percents_of_all() {
+        let shares = Shares { of_tasks: Mutex::new(vec![0.0; 2]), told: AtomicU64::new(0) };
+        let told = [(0, 0.5), (1, 0.011), (1, 0.5), (0, 0.5), (1, 1.0), (0, 1.0)];
+        assert_eq!(told.map(|(task, share)| shares.more(task, share)), [25, 0, 25, 0, 25, 25]);
     }
 }

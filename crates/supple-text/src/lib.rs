@@ -215,14 +215,37 @@ pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
     if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", quoted(names)) }
 }
 
-/// Names in back quotes, separated by commas; the first twenty where there are more.
+/// Names in back quotes, separated by commas; the first forty where there are more, and never all but one.
+///
+/// All kinds of sensors, costs and compliance are named: who does not find a kind in the list should not have to search for it.
 pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
-    const MOST: usize = 20;
-    let shown: Vec<_> = names.iter().take(MOST).map(|name| format!("`{}`", name.as_ref())).collect();
-    let rest = names.len().saturating_sub(MOST);
+    let most = most(names.len(), 40);
+    let shown: Vec<_> = names.iter().take(most).map(|name| format!("`{}`", name.as_ref())).collect();
+    let rest = names.len() - most;
     if rest == 0 { shown.join(", ") } else { format!("{} and {rest} more", shown.join(", ")) }
+}
+
+/// How many of `count` names a message has that should have `most` at most: one more takes less room than its number.
+#[must_use]
+pub fn most(count: usize, most: usize) -> usize {
+    if count <= most + 1 { count } else { most }
 }
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
 struct Readme;
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    /// Twenty-one kinds were told as twenty "and 1 more".
+    #[test]
+    fn lists_of_names_never_hide_a_single_one() {
+        let names = |count: usize| (0..count).map(|name| name.to_string()).collect::<Vec<_>>();
+        for count in [1, 21, 40, 41] {
+            assert_eq!(quoted(&names(count)).matches('`').count(), 2 * count);
+        }
+        assert!(quoted(&names(42)).ends_with("`39` and 2 more"));
+    }
+}

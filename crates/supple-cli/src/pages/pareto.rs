@@ -50,7 +50,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     let mut page = heading(about);
     let _ = writeln!(page, "{rows}\n");
     for remark in &front.remarks {
-        let _ = writeln!(page, "{}.", capitalised(remark));
+        let _ = writeln!(page, "{}.", capitalised(&remark.text));
     }
     for point in &front.points {
         for warning in &point.warnings {

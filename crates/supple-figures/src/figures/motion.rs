@@ -141,7 +141,7 @@ impl View {
             let style = Style { width: 0.5, ..Style::area(Colour::Blue, 0.25) };
             Series::plain(style, self.outline(points))
         };
-        body.shapes.iter().map(shape).collect()
+        body.shapes.iter().filter(|shape| !shape.guide).map(shape).collect()
     }
 
     /// The outline of points as they are seen.

@@ -59,6 +59,9 @@ pub struct Shape {
     pub position: [f64; 3],
     /// How it is turned in that frame.
     pub rotation: [f64; 4],
+    /// Whether it only shows where something can go, as rails do: pictures may cut it off.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub guide: bool,
 }
 
 /// A solid about its own centre.
@@ -164,13 +167,13 @@ impl Shape {
     /// A shape at a point of its body, not turned.
     #[must_use]
     pub fn at(position: [f64; 3], solid: Solid) -> Self {
-        Self { solid, position, rotation: [1.0, 0.0, 0.0, 0.0] }
+        Self { solid, position, rotation: [1.0, 0.0, 0.0, 0.0], guide: false }
     }
 
     /// A shape at a pose in its body.
     #[must_use]
     pub fn placed(pose: &Pose, solid: Solid) -> Self {
-        Self { solid, position: pose.position, rotation: quaternion(&pose.rotation) }
+        Self { solid, position: pose.position, rotation: quaternion(&pose.rotation), guide: false }
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
-use supple::scene::{Body, Scene};
+use supple::scene::{Body, Scene, Shape};
 use supple_file::read_text;
 use supple_study::Source;
 
@@ -37,8 +37,8 @@ pub const MOST_TRIANGLES: usize = 20_000;
 /// The data of the view, for `SuppleScene.mount(element, data)`: scenes by the name of their design.
 ///
 /// `{ meshes, designs, warnings }`: surfaces of bodies, each there once whoever shares it, with vertices (`f4`) and
-/// faces (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number; and what to tell the
-/// reader. Meshes that cannot be read are shown as the lines and marks that the scene has for each body, with a
+/// faces (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number, and how many of its last
+/// vertices (`guides`) do not count for the limits of the view; and what to tell the reader. Meshes that cannot be read are shown as the lines and marks that the scene has for each body, with a
 /// warning.
 #[must_use]
 pub fn data(scenes: &[(&str, &Scene)]) -> Value {
@@ -57,8 +57,8 @@ pub fn data_of_result(scenes: &[(&str, &Scene)], sources: &[Source]) -> Value {
 pub struct Stage {
     files: Files,
     shared: Shared,
-    /// Surfaces by what they are made of; none for bodies without any.
-    known: HashMap<String, Option<usize>>,
+    /// Surfaces by what they are made of, and how many of their last vertices are of guides; none for bodies without any.
+    known: HashMap<String, (Option<usize>, usize)>,
 }
 
 impl Stage {
@@ -95,12 +95,26 @@ impl Stage {
     fn body(&mut self, body: &Body, share: f64) -> Value {
         let made_of = format!("{:?} {:?} {share}", body.shapes, body.meshes);
         let Self { files, shared, known } = self;
-        let mesh = *known.entry(made_of).or_insert_with(|| {
-            let surface = files.surface(body, share).unwrap_or_else(|| solids::surface(&body.shapes));
-            (!surface.faces.is_empty()).then(|| shared.place(&surface))
+        let (mesh, guides) = *known.entry(made_of).or_insert_with(|| {
+            let (surface, guides) = files.surface(body, share).map_or_else(|| of_shapes(body), |surface| (surface, 0));
+            ((!surface.faces.is_empty()).then(|| shared.place(&surface)), guides)
         });
-        json!({ "name": body.name, "mesh": mesh, "position": body.position, "rotation": body.rotation })
+        let mut out = json!({ "name": body.name, "mesh": mesh, "position": body.position, "rotation": body.rotation });
+        if guides > 0 {
+            out["guides"] = guides.into();
+        }
+        out
     }
+}
+
+/// The surface of a body's shapes, guides last, and how many vertices these have.
+fn of_shapes(body: &Body) -> (Surface, usize) {
+    let (guides, own): (Vec<Shape>, Vec<Shape>) = body.shapes.iter().partition(|shape| shape.guide);
+    let mut surface = solids::surface(&own);
+    let guides = solids::surface(&guides);
+    let count = guides.vertices.len();
+    surface.add(guides);
+    (surface, count)
 }
 
 /// The folders of task and robot files that still are what a result was made of, and the package roots of the task

@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 use serde_json::{Value, json};
 use supple::design::DesignStatus;
-use supple::parameters::{Parameter, Scale};
-use supple_study::pareto::{Pareto, ParetoPoint};
+use supple::parameters::Scale;
+use supple_study::pareto::{Pareto, ParetoPoint, RangeEnd, Remark};
 
 use super::Context;
 use crate::html::{table, words};
@@ -40,16 +40,13 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     })
 }
 
-/// A remark about the end of a parameter's range, in which the unit is as the task file writes it, with the unit as it is
-/// printed.
-fn in_print(part: &Part, remark: &str) -> String {
-    let of = |parameter: &Parameter| {
-        let written = format!(" {}", parameter.unit);
-        let told = remark.starts_with(&format!("{} is at its ", parameter.name)) && remark.contains(&written);
-        told.then(|| remark.replacen(&written, &format!(" {}", unit(&parameter.unit)), 1))
+/// A remark, with units as they are printed.
+fn in_print(part: &Part, remark: &Remark) -> String {
+    let of_end = |end: &RangeEnd| {
+        let parameter = part.about.parameters.iter().find(|parameter| parameter.name == end.parameter)?;
+        Some(end.text(&unit(&parameter.unit)))
     };
-    let with_unit = part.about.parameters.iter().filter(|parameter| !parameter.unit.is_empty());
-    with_unit.filter_map(of).next().unwrap_or_else(|| remark.to_owned())
+    remark.end.as_ref().and_then(of_end).unwrap_or_else(|| remark.text.clone())
 }
 
 /// The horizontal axis: the bound of the one task, or the factor of all bounds.

@@ -24,11 +24,11 @@ pub(super) fn shown(text: &str) -> String {
     format!("`{}`", clipped(text))
 }
 
-/// Names for a message, each short; the first ten where there are more.
+/// Names for a message, each short; the first ten where there are more, and never all but one.
 pub(super) fn listed<T: AsRef<str>>(names: &[T]) -> String {
-    const MOST: usize = 10;
-    let shown: Vec<_> = names.iter().take(MOST).map(|name| clipped(name.as_ref())).collect();
-    let rest = names.len().saturating_sub(MOST);
+    let most = supple_text::most(names.len(), 10);
+    let shown: Vec<_> = names.iter().take(most).map(|name| clipped(name.as_ref())).collect();
+    let rest = names.len() - most;
     if rest == 0 { quoted(&shown) } else { format!("{} and {rest} more", quoted(&shown)) }
 }
 

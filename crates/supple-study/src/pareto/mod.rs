@@ -9,6 +9,8 @@ mod ends;
 mod follow;
 mod remarks;
 
+pub use remarks::{RangeEnd, Remark};
+
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -52,7 +54,7 @@ pub struct Pareto {
     /// Points by increasing factor: the tightest first.
     pub points: Vec<ParetoPoint>,
     /// Where bounds become active along the front, in words.
-    pub remarks: Vec<String>,
+    pub remarks: Vec<Remark>,
     /// Whether it was stopped before all points were found: others are missing, and those that are there were not
     /// compared with their neighbours.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

@@ -54,15 +54,28 @@ impl Problem {
     ///
     /// # Errors
     /// Where a plan on the way cannot be made, or has no total gradient.
-    pub fn split(
+    pub fn split(&self, from: (&[f64], &[f64]), to: (&[f64], &[Matrices])) -> Result<Vec<Split>, Error> {
+        self.split_watched(from, to, &|_, _| {})
+    }
+
+    /// The same, and tells how far it is: the index of a task, and the share of its path that is done.
+    ///
+    /// # Errors
+    /// As [`split`](Self::split).
+    pub fn split_watched(
         &self,
         (from, nats): (&[f64], &[f64]),
         (to, controls): (&[f64], &[Matrices]),
+        tell: &(dyn Fn(usize, f64) + Sync),
     ) -> Result<Vec<Split>, Error> {
         self.check_design(from)?;
         self.check_design(to)?;
-        let tasks = self.tasks.par_iter().zip(nats.par_iter().zip(controls));
-        tasks.map(|(task, (&nats, controls))| Path::new((self, task), (from, to)).split(nats, controls)).collect()
+        let tasks = self.tasks.par_iter().enumerate().zip(nats.par_iter().zip(controls));
+        tasks
+            .map(|((index, task), (&nats, controls))| {
+                Path::new((self, task), (from, to)).split(nats, controls, &|done| tell(index, done))
+            })
+            .collect()
     }
 }
 
@@ -120,7 +133,7 @@ impl<'a> Path<'a> {
     }
 
     /// `first` is the information of the plan at the first design, nats, and `controls` are those of that at the second one.
-    fn split(mut self, first: f64, controls: &Matrices) -> Result<Split, Error> {
+    fn split(mut self, first: f64, controls: &Matrices, tell: &dyn Fn(f64)) -> Result<Split, Error> {
         self.state.evaluate(self.task, self.to, &self.problem.planning, Some(controls))?;
         let end = self.state.information.total;
         let total = end - first;
@@ -150,6 +163,7 @@ impl<'a> Path<'a> {
             }
             parts.iter_mut().zip(found).for_each(|(sum, part)| *sum += part);
             left = information;
+            tell(1.0 - start);
         }
         let bits = |nats: f64| nats / std::f64::consts::LN_2;
         Ok(Split {

@@ -59,6 +59,16 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     Ok(text)
 }
 
+/// Prints what the robot file's reader warns of, as every command does that reads the task.
+///
+/// # Errors
+/// Where the file is wrong.
+pub fn warn_of_file(file: &Path, package_roots: &[PathBuf]) -> Result<(), Failure> {
+    let options = LoadOptions { package_roots: package_roots.to_vec(), ..LoadOptions::default() };
+    load(file, &options)?.warnings.iter().for_each(|warning| warn(warning));
+    Ok(())
+}
+
 /// Warns of joints that are locked because the robot file gives them a single position.
 pub fn warn_of_still(planning: &Planning) {
     if !planning.still.is_empty() {

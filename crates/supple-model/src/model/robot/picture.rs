@@ -51,7 +51,7 @@ fn rail(joint: &Joint, numbers: &JointNumbers<f64>, radius: f64) -> Option<Shape
     let is_drawn = joint.kind == JointKind::Prismatic && ends.iter().all(|end| end.is_finite()) && ends[0] < ends[1];
     let along = numbers.origin.rotate(joint.axis);
     let [from, to] = ends.map(|end| add(numbers.origin.position, scale(end, along)));
-    is_drawn.then(|| capsule(from, to, radius))
+    is_drawn.then(|| Shape { guide: true, ..capsule(from, to, radius) })
 }
 
 impl Robot {
