@@ -15,6 +15,7 @@ use crate::{Channels, Limit};
 mod arrays;
 mod authored;
 mod authored_constraints;
+mod authored_substeps;
 mod batch;
 mod constraints;
 mod convex;
@@ -25,6 +26,7 @@ mod programs;
 mod roll_out;
 mod second;
 mod sequence;
+mod substeps;
 mod trace;
 
 pub use crate::trajectory::{Points, Times};

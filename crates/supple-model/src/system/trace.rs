@@ -24,6 +24,7 @@ pub(super) mod source {
 /// All variables of a model, and its functions recorded.
 pub(super) struct Trace<'a, M> {
     pub model: &'a M,
+    /// Of the task.
     pub time_step: Value,
     /// `z = (x, u)`.
     pub z: Vec<Node>,
@@ -65,17 +66,36 @@ pub(super) fn values<M: Model, S: Scalar>(model: &M, quantities: &[&Quantity], a
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
 }
 
-/// The next state, its unknowns solved for on the way, with all derivatives.
+/// The next state after all sub-steps, their unknowns solved for on the way, with all derivatives.
 fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
-    let w = solved(model.solution(at), model.unknowns(), |w| {
-        let with = Point { w, ..*at };
-        let mut residual = vec![S::zero(); w.len()];
-        model.balance(&with, &mut residual);
-        (mass(model, &with), residual)
-    });
-    let mut next = vec![S::zero(); at.x.len()];
-    model.step(&Point { w: &w, ..*at }, &mut next);
-    next
+    let time_step = of_substep(model, at.time_step);
+    let mut x = at.x.to_vec();
+    for _ in 0..substeps(model) {
+        let at = Point { x: &x, time_step, ..*at };
+        let w = solved(model.solution(&at), model.unknowns(), |w| {
+            let with = Point { w, ..at };
+            let mut residual = vec![S::zero(); w.len()];
+            model.balance(&with, &mut residual);
+            (mass(model, &with), residual)
+        });
+        let mut next = vec![S::zero(); x.len()];
+        model.step(&Point { w: &w, ..at }, &mut next);
+        x = next;
+    }
+    x
+}
+
+/// Into how many steps of integration a model divides a time step.
+pub(super) fn substeps<M: Model>(model: &M) -> usize {
+    model.substeps().unwrap_or(1).max(1)
+}
+
+/// How long each of them is.
+fn of_substep<M: Model, S: Scalar>(model: &M, time_step: S) -> S {
+    match substeps(model) {
+        1 => time_step,
+        count => time_step / count as f64,
+    }
 }
 
 /// `r_w` at the unknowns of a point.
@@ -97,25 +117,32 @@ impl<'a, M: Model> Trace<'a, M> {
         Self { model, time_step, z, phi: (0..parameters).map(Node::parameter).collect() }
     }
 
-    fn point<'b>(&'b self, w: &'b [Node]) -> Point<'b, Node> {
+    /// Where all but the dynamics is evaluated.
+    fn point(&self) -> Point<'_, Node> {
         let (x, u) = self.z.split_at(self.model.dimensions().states);
-        Point { x, u, phi: &self.phi, time_step: self.time_step.resolve(&self.phi), w }
+        Point { x, u, phi: &self.phi, time_step: self.time_step.resolve(&self.phi), w: &[] }
+    }
+
+    /// A step of integration with these unknowns: one of those into which the model divides a time step.
+    fn substep<'b>(&'b self, w: &'b [Node]) -> Point<'b, Node> {
+        let at = self.point();
+        Point { time_step: of_substep(self.model, at.time_step), w, ..at }
     }
 
     fn balance(&self, w: &[Node]) -> Vec<Node> {
         let mut residual = vec![Node::zero(); w.len()];
-        self.model.balance(&self.point(w), &mut residual);
+        self.model.balance(&self.substep(w), &mut residual);
         residual
     }
 
-    /// `F` and `r` at given unknowns.
+    /// `F` and `r` of a step of integration, at given unknowns.
     pub fn at(&self, w: &[Node]) -> (Vec<Node>, Vec<Node>) {
         let mut next = vec![Node::zero(); self.model.dimensions().states];
-        self.model.step(&self.point(w), &mut next);
+        self.model.step(&self.substep(w), &mut next);
         (next, self.balance(w))
     }
 
-    /// `f`, with what its unknowns are defined by.
+    /// `f` of a step of integration, with what its unknowns are defined by.
     pub fn dynamics(&self) -> Dynamics {
         self.dynamics_with(|w| self.mass(w))
     }
@@ -128,7 +155,7 @@ impl<'a, M: Model> Trace<'a, M> {
     /// The same with the mass matrix at given unknowns.
     fn dynamics_with(&self, mass: impl Fn(&[Node]) -> Vec<Vec<Node>>) -> Dynamics {
         let still: Vec<Node> = (0..self.model.unknowns()).map(|_| Node::zero().opaque()).collect();
-        if let Some(w) = self.model.solution(&self.point(&still)) {
+        if let Some(w) = self.model.solution(&self.substep(&still)) {
             let w: Vec<Node> = w.into_iter().map(Node::opaque).collect();
             let (next, residual) = self.at(&w);
             return Dynamics { next, residual, factor: Ldl::new(&mass(&w)), w };
@@ -142,29 +169,29 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// `r_w` at given unknowns.
     pub fn mass(&self, w: &[Node]) -> Vec<Vec<Node>> {
-        mass(self.model, &self.point(w))
+        mass(self.model, &self.substep(w))
     }
 
     /// `g`
     pub fn measurement(&self) -> Vec<Node> {
         let mut y = vec![Node::zero(); self.model.dimensions().measurements];
-        self.model.observe(&self.point(&[]), &mut y);
+        self.model.observe(&self.point(), &mut y);
         y
     }
 
     /// The numbers of every quantity.
     pub fn values(&self, quantities: &[&Quantity]) -> Vec<Vec<Node>> {
-        values(self.model, quantities, &self.point(&[]))
+        values(self.model, quantities, &self.point())
     }
 
     /// Where the landmarks are.
     pub fn landmarks(&self) -> Vec<[Node; 3]> {
-        self.model.landmarks(&self.point(&[]))
+        self.model.landmarks(&self.point())
     }
 
     /// The residual of every cost.
     pub fn residuals(&self, costs: &[Cost]) -> Vec<Vec<Node>> {
-        residuals(self.model, costs, &self.point(&[]))
+        residuals(self.model, costs, &self.point())
     }
 
     /// The cost `l`, of a stage or of the end: of the task and the model's own.
@@ -178,7 +205,7 @@ impl<'a, M: Model> Trace<'a, M> {
     pub fn own_residual(&self, last: bool) -> Vec<Node> {
         let count = self.model.own_cost(last).map_or(0, |cost| cost.residuals);
         let mut residual = vec![Node::zero(); count];
-        self.model.own_residual(&self.point(&[]), last, &mut residual);
+        self.model.own_residual(&self.point(), last, &mut residual);
         residual
     }
 

@@ -6,13 +6,13 @@ use supple_kernels::padded;
 use super::{Outputs, Recorder, add, sum};
 use crate::Model;
 use crate::system::Curvature;
-use crate::system::trace::{Linearised, Trace, column, dot, source};
+use crate::system::trace::{Linearised, Trace, column, dot, source, substeps};
 
 impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).
     ///
     /// With `mu_j = -M^-1 F_w' F_bar_j` it is that of `sum_j (F_bar_j, mu_j)' (F, r)' (e_j, W_j)`, all but the
-    /// derivatives `(F, r)'` held fixed, and with `w` moving as it must.
+    /// derivatives `(F, r)'` held fixed, and with `w` moving as it must. Of sub-steps the gradient by `z` is a vector.
     pub fn contract_dynamics(&self) -> Program {
         record(|| {
             let trace = self.trace(false);
@@ -49,10 +49,11 @@ impl<M: Model> Recorder<'_, M> {
             let variables = [dynamics.variables(&trace.z), trace.phi.clone()].concat();
             let gradient = vjp(&weighed, &variables);
             let nu = dynamics.respond(gradient[joint..joint + k].to_vec());
+            let is_divided = substeps(self.model) > 1;
             let mut outputs = Outputs::new();
             for (j, &direct) in gradient[..joint].iter().enumerate() {
                 let total = direct + dot(nu.iter().copied(), column(&r_z, j));
-                add(&mut outputs, total, j * padded(joint + 1) + joint);
+                add(&mut outputs, total, if is_divided { j } else { j * padded(joint + 1) + joint });
             }
             let through = self.by_parameters(&trace, &dynamics, &nu);
             for (i, (&direct, through)) in gradient[joint + k..].iter().zip(through).enumerate() {

@@ -17,6 +17,7 @@ mod second;
 mod values;
 
 pub(super) use constraints::excess_source;
+pub(super) use parameters::GradientOf;
 pub(super) use second::SecondDerivatives;
 
 /// A model with its costs, to be recorded.
