@@ -237,18 +237,19 @@ impl<M: Model> System for Authored<M> {
         }
     }
 
+    fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
+        if self.is_divided() {
+            return self.step_all_with(self.step_program(), at, phi, next, scratch);
+        }
+        for i in 0..at.stages {
+            self.step(at.times.of(i), at.states.vector(i), at.controls.vector(i), phi, next.vector_mut(i));
+        }
+    }
+
     fn step_all_over(&self, time_step: f64, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
         let program = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
         let phi = [&phi[..self.parameters], &[time_step]].concat();
-        let (batch, [x, u]) = (Batch { first: 0, count: at.stages }, at_points(at));
-        program.run(batch, (&[x, u], &phi), (Some(&mut *next), &mut []), scratch);
-        if self.is_divided() {
-            let mut from = next.clone();
-            for _ in 1..self.substeps {
-                from.copy_from(next);
-                program.run(batch, (&[(&from).into(), u], &phi), (Some(&mut *next), &mut []), scratch);
-            }
-        }
+        self.step_all_with(program, at, &phi, next, scratch);
     }
 
     fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {

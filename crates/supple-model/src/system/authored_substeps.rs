@@ -1,9 +1,10 @@
 //! Time steps of several sub-steps, of authored models: each function of a step is that of its parts, composed.
 
-use supple_kernels::graph::{Batch, Source};
+use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::{Matrices, Scratch};
 
 use super::authored::Authored;
+use super::batch::at_points;
 use super::products::StepProducts;
 use super::programs::GradientOf;
 use super::roll_out::{RollOut, step_by_step};
@@ -22,6 +23,26 @@ impl<M: Model> Authored<M> {
     pub(super) fn step_of<'a>(&'a self, phi: &'a [f64]) -> Step<'a> {
         let (next, jacobian) = (self.step_program(), self.jacobian_program());
         Step { next, jacobian, phi, size: self.size, substeps: self.substeps }
+    }
+
+    /// The next states at all stages, by a program of one step of integration.
+    pub(super) fn step_all_with(
+        &self,
+        program: &Program,
+        at: Points,
+        phi: &[f64],
+        next: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let (batch, [x, u]) = (Batch { first: 0, count: at.stages }, at_points(at));
+        program.run(batch, (&[x, u], phi), (Some(&mut *next), &mut []), scratch);
+        if self.is_divided() {
+            let mut from = next.clone();
+            for _ in 1..self.substeps {
+                from.copy_from(next);
+                program.run(batch, (&[(&from).into(), u], phi), (Some(&mut *next), &mut []), scratch);
+            }
+        }
     }
 
     /// From the state after the first sub-step, that after all of them.
