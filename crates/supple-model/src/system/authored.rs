@@ -39,6 +39,8 @@ pub struct Authored<M> {
     pub(super) size: Dimensions,
     /// Into how many steps of integration the model divides a time step.
     pub(super) substeps: usize,
+    /// Whether costs of stages are given the next state.
+    pub(super) gives_next: bool,
     pub(super) programs: Programs,
     /// The same with wider contacts and friction, by two parameters more.
     widened: OnceLock<Option<Box<Self>>>,
@@ -66,6 +68,7 @@ pub(super) struct Programs {
     /// How landmarks move with the states.
     landmarks: OnceLock<Program>,
     contract_dynamics: OnceLock<Program>,
+    contract_curvature: OnceLock<Program>,
     contract_measurement: OnceLock<Program>,
     contract_cost: [[OnceLock<Program>; 2]; 2],
     /// Of each [`GradientOf`].
@@ -80,7 +83,21 @@ impl<M: Model> Authored<M> {
         let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
         let substeps = substeps(&model);
         let (followed, kept, vocabulary) = (Vec::new(), None, OnceLock::new());
-        Self { model, costs, followed, kept, vocabulary, time_step, parameters, size, substeps, programs, widened }
+        let gives_next = Recorder { model: &model, costs: &costs, time_step, parameters }.gives_next();
+        Self {
+            model,
+            costs,
+            followed,
+            kept,
+            vocabulary,
+            time_step,
+            parameters,
+            size,
+            substeps,
+            gives_next,
+            programs,
+            widened,
+        }
     }
 
     /// The same with quantities that are followed along plans.
@@ -107,6 +124,11 @@ impl<M: Model> Authored<M> {
     }
 
     pub(super) fn cost(&self, x: &[f64], u: &[f64], phi: &[f64], last: bool) -> f64 {
+        if !last && self.gives_next {
+            let mut next = vec![0.0; x.len()];
+            self.step(0, x, u, phi, &mut next);
+            return self.stage_cost_before(&next, x, u, phi);
+        }
         let program = self.program(&self.programs.cost[usize::from(last)], |recorder| recorder.cost(last));
         let mut cost = [0.0];
         program.run_single(&[x, u], phi, &mut [&mut cost]);
@@ -126,6 +148,26 @@ impl<M: Model> Authored<M> {
 
     pub(super) fn contraction_program(&self) -> &Program {
         self.program(&self.programs.contract_dynamics, |r| r.contract_dynamics())
+    }
+
+    pub(super) fn contract_curvature_program(&self) -> &Program {
+        self.program(&self.programs.contract_curvature, |r| r.contract_curvature())
+    }
+
+    /// Of a stage.
+    pub(super) fn quadratic_program(&self, curvature: Curvature) -> &Program {
+        self.program(&self.programs.cost_quadratic[which(curvature)][0], |r| r.cost_quadratic(curvature, false))
+    }
+
+    /// Of a stage.
+    pub(super) fn contract_cost_program(&self, curvature: Curvature) -> &Program {
+        self.program(&self.programs.contract_cost[which(curvature)][0], |r| r.contract_cost(curvature, false))
+    }
+
+    /// Stages and end, where they are, but for stages whose cost is given the next state.
+    fn parts_of_cost(&self, at: &Points) -> impl Iterator<Item = (bool, Batch)> + use<M> {
+        let gives_next = self.gives_next;
+        parts(at).into_iter().filter(move |&(last, batch)| batch.count > 0 && (last || !gives_next))
     }
 
     pub(super) fn stage_cost_program(&self) -> &Program {
@@ -255,7 +297,7 @@ impl<M: Model> System for Authored<M> {
     fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
         if self.is_divided() {
             self.step(t, x, u, phi, next);
-            return self.cost(x, u, phi, false);
+            return self.stage_cost_before(next, x, u, phi);
         }
         let mut cost = [0.0];
         let program = self.program(&self.programs.advance, |r| r.advance());
@@ -304,7 +346,8 @@ impl<M: Model> System for Authored<M> {
         let term = |(cost, residual): (&Cost, Vec<f64>)| {
             if cost.weights(last).are_zero() { 0.0 } else { cost.of_residual(&residual, phi, last) }
         };
-        let mut terms: Vec<f64> = self.costs.iter().zip(residuals(&self.model, &self.costs, &at)).map(term).collect();
+        let mut terms: Vec<f64> =
+            self.costs.iter().zip(residuals(&self.model, &self.costs, &at, None)).map(term).collect();
         if self.model.own_cost(false).is_some() || self.model.own_cost(true).is_some() {
             let mut residual = vec![0.0; self.model.own_cost(last).map_or(0, |cost| cost.residuals)];
             self.model.own_residual(&at, last, &mut residual);
@@ -322,7 +365,7 @@ impl<M: Model> System for Authored<M> {
         let quantities: Vec<&Quantity> =
             of_costs.chain(self.followed.iter().map(|followed| &followed.quantity)).collect();
         let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
-        values(&self.model, &quantities, &at).concat()
+        values(&self.model, &quantities, &at, None).concat()
     }
 
     fn constraints(&self) -> Option<&dyn Constraints> {
@@ -381,7 +424,10 @@ impl<M: Model> System for Authored<M> {
         scratch: &mut Scratch,
     ) {
         let cells = &self.programs.cost_quadratic[which(curvature)];
-        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+        if self.gives_next {
+            self.write_quadratics_of_next(at, phi, curvature, out, scratch);
+        }
+        for (last, batch) in self.parts_of_cost(&at) {
             let cell = &cells[usize::from(last)];
             let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
             program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
@@ -446,6 +492,9 @@ impl<M: Model> System for Authored<M> {
         if self.is_divided() {
             self.contract_divided((at, phi, dynamics), joint, parameters, scratch);
         }
+        if self.gives_next && *has_cost {
+            self.contract_cost_of_next((at, phi), (cost, adjoints.curvature), joint, parameters, scratch);
+        }
         let [x, u] = at_points(at);
         let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
         let mut run = |program: &Program, batch| {
@@ -457,7 +506,7 @@ impl<M: Model> System for Authored<M> {
         let all = Batch { first: 0, count: at.count() };
         run(self.program(&programs.contract_measurement, |r| r.contract_measurement()), all);
         if *has_cost {
-            for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+            for (last, batch) in self.parts_of_cost(&at) {
                 let cell = &programs.contract_cost[which(adjoints.curvature)][usize::from(last)];
                 run(self.program(cell, |recorder| recorder.contract_cost(adjoints.curvature, last)), batch);
             }
@@ -479,7 +528,7 @@ impl<M: Model> System for Authored<M> {
             sources[source::VARIATION] = joint.into();
             sources[source::COSTATE_VARIATION] = after(costates);
         }
-        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+        for (last, batch) in self.parts_of_cost(&at) {
             let of = match (last, self.is_divided()) {
                 (true, _) => GradientOf::End,
                 (false, true) => GradientOf::StageCost,

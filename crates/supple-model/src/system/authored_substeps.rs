@@ -5,10 +5,11 @@ use supple_kernels::{Matrices, Scratch};
 
 use super::authored::Authored;
 use super::batch::at_points;
+use super::next::GivenNext;
 use super::products::StepProducts;
 use super::programs::GradientOf;
 use super::roll_out::{RollOut, step_by_step};
-use super::substeps::{Step, Substeps};
+use super::substeps::{Step, Substeps, add_slopes};
 use super::trace::source;
 use super::{Points, System, Variation};
 use crate::Model;
@@ -45,6 +46,13 @@ impl<M: Model> Authored<M> {
         }
     }
 
+    /// The cost of a stage, given the next state.
+    pub(super) fn stage_cost_before(&self, next: &[f64], x: &[f64], u: &[f64], phi: &[f64]) -> f64 {
+        let mut cost = [0.0];
+        self.stage_cost_program().run_single(&[x, u, next], phi, &mut [&mut cost]);
+        cost[0]
+    }
+
     /// From the state after the first sub-step, that after all of them.
     pub(super) fn go_on(&self, next: &mut [f64], mut step: impl FnMut(&[f64], &mut [f64])) {
         let mut from = next.to_vec();
@@ -72,7 +80,7 @@ impl<M: Model> Authored<M> {
                 step.run(&[&from, u], &mut [&mut *next]);
             }
             let mut cost = [0.0];
-            stage_cost.run(&[x, u], &mut [&mut cost]);
+            stage_cost.run(&[x, u, next], &mut [&mut cost]);
             cost[0]
         });
         scratch.give_back(second);
@@ -96,7 +104,13 @@ impl<M: Model> Authored<M> {
     }
 
     /// The second derivatives of `lambda' f` of every sub-step by `(x_k, u)`.
-    fn curvature_of(&self, steps: &Substeps, costates: &Matrices, phi: &[f64], scratch: &mut Scratch) -> Matrices {
+    pub(super) fn curvature_of(
+        &self,
+        steps: &Substeps,
+        costates: &Matrices,
+        phi: &[f64],
+        scratch: &mut Scratch,
+    ) -> Matrices {
         let joint = self.size.joint();
         let mut curvature = Matrices::zeros(steps.batch().count, joint, joint + 1);
         self.add_step_curvature((steps.points(), phi, costates.into()), &mut curvature, scratch);
@@ -112,25 +126,33 @@ impl<M: Model> Authored<M> {
         scratch: &mut Scratch,
     ) {
         let (step, size) = (self.step_of(phi), self.size.joint());
-        let [contract, by_parameters] = [self.contraction_program(), self.gradient_program(GradientOf::Step, false)];
         for block in step.blocks(at.stages) {
             let steps = step.divide(at, block, scratch);
-            let adjoints = steps.adjoints(&steps.products(), whole, block.first);
-            let Points { states, controls, .. } = steps.points();
-            let (x, u) = (states.into(), controls.into());
-            let mut slopes = steps.vectors(size);
-            let sources = [x, u, x, (&adjoints).into()];
-            contract.run(steps.batch(), (&sources, phi), (Some(&mut slopes), &mut *parameters), scratch);
-            let (mut ends, mut total) = (steps.vectors(self.size.states), Matrices::vectors(steps.stages, size));
-            steps.sweep_back(Some(&slopes), &mut ends, Some(&mut total));
-            let sources = [x, u, (&ends).into()];
-            by_parameters.run(steps.batch(), (&sources, phi), (None, &mut *parameters), scratch);
-            let stride = joint.stride();
-            for i in 0..steps.stages {
-                let rows = joint.at_mut(block.first + i)[size..].iter_mut().step_by(stride);
-                rows.zip(total.vector(i)).for_each(|(to, slope)| *to += slope);
-            }
+            let adjoints = steps.adjoints(&steps.products(), whole, block.first, None);
+            let slopes = steps.vectors(size);
+            let (ends, mut total) = (steps.vectors(self.size.states), Matrices::vectors(steps.stages, size));
+            self.collect((&steps, phi), (&adjoints, slopes, ends), (&mut total, &mut *parameters), scratch);
+            add_slopes(&total, joint, block.first);
         }
+    }
+
+    /// From adjoints of the Jacobians of sub-steps, slopes by their points and vectors `ends` by the states after the stages:
+    /// slopes by the stages' `z`, added to `total`, and by the parameters.
+    pub(super) fn collect(
+        &self,
+        (steps, phi): (&Substeps, &[f64]),
+        (adjoints, mut slopes, mut ends): (&Matrices, Matrices, Matrices),
+        (total, parameters): (&mut Matrices, &mut [f64]),
+        scratch: &mut Scratch,
+    ) {
+        let Points { states, controls, .. } = steps.points();
+        let (x, u) = (states.into(), controls.into());
+        let sources = [x, u, x, adjoints.into()];
+        let contract = self.contraction_program();
+        contract.run(steps.batch(), (&sources, phi), (Some(&mut slopes), &mut *parameters), scratch);
+        steps.sweep_back(Some(&slopes), &mut ends, Some(total));
+        let by_parameters = self.gradient_program(GradientOf::Step, false);
+        by_parameters.run(steps.batch(), (&[x, u, (&ends).into()], phi), (None, parameters), scratch);
     }
 
     /// The gradient by the parameters of `lambda' f` of whole steps, or its derivative along a variation (theory, equations
@@ -146,8 +168,22 @@ impl<M: Model> Authored<M> {
         let program = self.gradient_program(GradientOf::Step, variation.is_some());
         for block in step.blocks(at.stages) {
             let steps = step.divide(at, block, scratch);
-            let costates = steps.costates(costates, block.first);
-            let moved = variation.map(|variation| self.vary(&steps, (&costates, block), variation, phi, scratch));
+            let mut ends = steps.ending_with(costates, block.first + 1);
+            let given = self.gives_next.then(|| self.given_next(steps.clone(), phi, scratch));
+            let of_cost = given.as_ref().map(|given| (given, self.quadratics_by_next(given, phi, scratch)));
+            if let Some((given, quadratics)) = &of_cost {
+                given.add_slopes_by_next(quadratics, &mut ends);
+            }
+            steps.sweep_back(None, &mut ends, None);
+            let costates = ends;
+            let moved = variation.map(|variation| {
+                let of_cost = of_cost.as_ref().map(|(given, quadratics)| (*given, quadratics));
+                self.vary(&steps, (&costates, block), (variation, of_cost), phi, scratch)
+            });
+            if let Some(given) = &given {
+                let along = moved.as_ref().map(|[joint, _]| given.vary(joint));
+                self.add_cost_gradient_of_next(given, along.as_ref(), phi, parameters, scratch);
+            }
             let Points { states, controls, .. } = steps.points();
             let x = Source::from(states);
             let mut sources = [x, controls.into(), (&costates).into(), x, x, x, x, x];
@@ -164,7 +200,7 @@ impl<M: Model> Authored<M> {
         &self,
         steps: &Substeps,
         (costates, block): (&Matrices, Batch),
-        variation: Variation,
+        (variation, of_cost): (Variation, Option<(&GivenNext, &Matrices)>),
         phi: &[f64],
         scratch: &mut Scratch,
     ) -> [Matrices; 2] {
@@ -179,6 +215,9 @@ impl<M: Model> Authored<M> {
             steps.multiply(&self.curvature_of(steps, costates, phi, scratch), &moved, &mut slopes);
         }
         let mut ends = steps.ending_with(variation.costates, block.first + 1);
+        if let Some((given, quadratics)) = of_cost {
+            given.add_products_by_next(quadratics, &given.vary(&moved), &mut ends);
+        }
         steps.sweep_back(Some(&slopes), &mut ends, None);
         [moved, ends]
     }

@@ -21,6 +21,7 @@ mod constraints;
 mod convex;
 mod hold;
 mod kept;
+mod next;
 mod products;
 mod programs;
 mod roll_out;

@@ -93,7 +93,7 @@ impl Step<'_> {
 }
 
 /// The sub-steps of some stages: that number `k` of stage `i` is point `k * stages + i`.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Substeps {
     substeps: usize,
     pub stages: usize,
@@ -120,19 +120,24 @@ impl Substeps {
         self.size.states
     }
 
+    /// The last of every stage.
+    pub fn last_batch(&self) -> Batch {
+        Batch { first: self.last(), count: self.stages }
+    }
+
     /// Vectors of length `len` of every sub-step, zeros.
     pub fn vectors(&self, len: usize) -> Matrices {
         Matrices::vectors(self.states.count(), len)
     }
 
-    /// `P_k`, how the state before a sub-step follows `z` (theory, equation U.10).
+    /// `P_k`, how the state before a sub-step follows `z`, and last the Jacobians of the whole steps (theory, equation U.10).
     pub fn products(&self) -> Matrices {
         let &Self { substeps, stages, size: Dimensions { states: n, .. }, ref jacobians, .. } = self;
-        let mut products = Matrices::zeros(substeps * stages, n, self.size.joint());
+        let mut products = Matrices::zeros((substeps + 1) * stages, n, self.size.joint());
         for i in 0..stages {
             (0..n).for_each(|j| products.set(i, j, j, 1.0));
         }
-        for k in 1..substeps {
+        for k in 1..=substeps {
             let first = (k - 1) * stages;
             let before = (k > 1).then_some(first);
             dispatch(Compose { jacobians, first, stages, before, products: &mut products, after: first + stages });
@@ -194,11 +199,33 @@ impl Substeps {
     }
 
     /// The adjoints of every `[A_k B_k]`, from those of the whole steps' Jacobians, `whole` from number `first` on (theory,
-    /// equation U.12).
-    pub fn adjoints(&self, products: &Matrices, whole: &Matrices, first: usize) -> Matrices {
+    /// equation U.12), and from `more`, of all `P_k`.
+    pub fn adjoints(&self, products: &Matrices, whole: &Matrices, first: usize, more: Option<&Matrices>) -> Matrices {
         let mut out = Matrices::zeros(self.states.count(), self.size.states, self.size.joint());
-        dispatch(Divide { steps: self, products, whole, first, out: &mut out });
+        dispatch(Divide { steps: self, products, whole, first, more, out: &mut out });
         out
+    }
+
+    /// The number of the first of the last sub-steps.
+    pub fn last(&self) -> usize {
+        (self.substeps - 1) * self.stages
+    }
+
+    /// From vectors `v_1` after the first sub-steps those after all: `v_{k+1} = A_k v_k + b_k`, given `b_k` in their place.
+    pub fn sweep_states(&self, vectors: &mut Matrices) {
+        let n = self.size.states;
+        for after in self.stages..self.states.count() {
+            for (row, jacobian) in self.jacobians.at(after).chunks_exact(self.jacobians.stride()).enumerate() {
+                let moved = dot(&jacobian[..n], &vectors.vector(after - self.stages)[..n]);
+                vectors.vector_mut(after)[row] += moved;
+            }
+        }
+    }
+
+    /// `[A_k B_k]` times a vector, of the last sub-step of a stage.
+    pub fn move_last(&self, stage: usize, dz: &[f64], out: &mut [f64]) {
+        let rows = self.jacobians.at(self.last() + stage).chunks_exact(self.jacobians.stride());
+        out.iter_mut().zip(rows).for_each(|(out, row)| *out = dot(&row[..dz.len()], dz));
     }
 
     /// Adds `sum S_k' H_k S_k`, `S_k = [P_k; 0 I]`, to the square part of the matrices of the stages, `out` from number
@@ -285,6 +312,7 @@ struct Divide<'a> {
     products: &'a Matrices,
     whole: &'a Matrices,
     first: usize,
+    more: Option<&'a Matrices>,
     out: &'a mut Matrices,
 }
 
@@ -293,7 +321,8 @@ impl Job for Divide<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { steps: Substeps { substeps, stages, size, jacobians, .. }, products, whole, first, out } = self;
+        let Self { steps: Substeps { substeps, stages, size, jacobians, .. }, products, whole, first, more, out } =
+            self;
         let (n, joint, stride) = (size.states, size.joint(), jacobians.stride());
         let narrow = padded(n);
         let (mut adjoint, mut earlier) = (vec![0.0; n * stride], vec![0.0; n * stride]);
@@ -318,6 +347,9 @@ impl Job for Divide<'_> {
                 let (left, right) = (Left::transposed(jacobians.at(point), stride), View::new(&adjoint, stride));
                 let back = Product { left, right, rows: n, inner: n, width: stride };
                 back.set::<L, Long>(ViewMut::new(&mut earlier, stride));
+                if let Some(more) = more {
+                    earlier.iter_mut().zip(more.at(point)).for_each(|(to, more)| *to += more);
+                }
                 std::mem::swap(&mut adjoint, &mut earlier);
             }
         }
@@ -362,5 +394,14 @@ impl Job for Collect<'_> {
                 to[..joint].iter_mut().zip(&row[..joint]).for_each(|(to, sum)| *to += sum);
             }
         }
+    }
+}
+
+/// Adds slopes by `z` of some stages to the last columns of joint matrices, from number `first` on.
+pub(super) fn add_slopes(slopes: &Matrices, joint: &mut Matrices, first: usize) {
+    let (size, stride) = (slopes.cols(), joint.stride());
+    for i in 0..slopes.count() {
+        let rows = joint.at_mut(first + i)[size..].iter_mut().step_by(stride);
+        rows.zip(slopes.vector(i)).for_each(|(to, slope)| *to += slope);
     }
 }

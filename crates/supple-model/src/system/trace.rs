@@ -12,6 +12,8 @@ pub(super) mod source {
     pub const CONTROL: usize = 1;
     /// Costates, of the next step.
     pub const COSTATE: usize = 2;
+    /// The next state, of costs that are given it: they have no costates.
+    pub const NEXT: usize = 2;
     /// Adjoints of the knots.
     pub const DYNAMICS: usize = 3;
     pub const MEASUREMENT: usize = 4;
@@ -28,6 +30,8 @@ pub(super) struct Trace<'a, M> {
     pub time_step: Value,
     /// `z = (x, u)`.
     pub z: Vec<Node>,
+    /// The next state, where costs are given it, and whether they depend on it.
+    next: Option<(Vec<Node>, bool)>,
     pub phi: Vec<Node>,
 }
 
@@ -47,21 +51,35 @@ pub(super) fn entries(source: usize, len: usize) -> Vec<Node> {
 }
 
 /// The residual of every cost at a point.
-pub(super) fn residuals<M: Model, S: Scalar>(model: &M, costs: &[Cost], at: &Point<S>) -> Vec<Vec<S>> {
+pub(super) fn residuals<M: Model, S: Scalar>(
+    model: &M,
+    costs: &[Cost],
+    at: &Point<S>,
+    next: Option<&[S]>,
+) -> Vec<Vec<S>> {
     let quantities: Vec<&Quantity> = costs.iter().map(|cost| &cost.quantity).collect();
-    let values = values(model, &quantities, at);
+    let values = values(model, &quantities, at, next);
     costs.iter().zip(values).map(|(cost, values)| cost.residual(values, at)).collect()
 }
 
-/// The numbers of every quantity at a point.
-pub(super) fn values<M: Model, S: Scalar>(model: &M, quantities: &[&Quantity], at: &Point<S>) -> Vec<Vec<S>> {
+/// The numbers of every quantity at a point, with the next state where it is known.
+pub(super) fn values<M: Model, S: Scalar>(
+    model: &M,
+    quantities: &[&Quantity],
+    at: &Point<S>,
+    known: Option<&[S]>,
+) -> Vec<Vec<S>> {
     let mut signals = Vec::new();
     if quantities.iter().any(|quantity| quantity.needs_signals()) {
         signals.resize(model.signals().len(), S::zero());
         model.signal(at, &mut signals);
     }
     let needs_next = quantities.iter().any(|quantity| quantity.needs_next());
-    let next = if needs_next { next(model, at) } else { Vec::new() };
+    let next = match known {
+        Some(known) => known.to_vec(),
+        None if needs_next => next(model, at),
+        None => Vec::new(),
+    };
     let known = Known { signals: &signals, next: &next };
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
 }
@@ -71,18 +89,22 @@ fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
     let time_step = of_substep(model, at.time_step);
     let mut x = at.x.to_vec();
     for _ in 0..substeps(model) {
-        let at = Point { x: &x, time_step, ..*at };
-        let w = solved(model.solution(&at), model.unknowns(), |w| {
-            let with = Point { w, ..at };
-            let mut residual = vec![S::zero(); w.len()];
-            model.balance(&with, &mut residual);
-            (mass(model, &with), residual)
-        });
-        let mut next = vec![S::zero(); x.len()];
-        model.step(&Point { w: &w, ..at }, &mut next);
-        x = next;
+        x = step_solved(model, &Point { x: &x, time_step, ..*at });
     }
     x
+}
+
+/// The same after a single one.
+fn step_solved<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
+    let w = solved(model.solution(at), model.unknowns(), |w| {
+        let with = Point { w, ..*at };
+        let mut residual = vec![S::zero(); w.len()];
+        model.balance(&with, &mut residual);
+        (mass(model, &with), residual)
+    });
+    let mut next = vec![S::zero(); at.x.len()];
+    model.step(&Point { w: &w, ..*at }, &mut next);
+    next
 }
 
 /// Into how many steps of integration a model divides a time step.
@@ -114,7 +136,27 @@ impl<'a, M: Model> Trace<'a, M> {
         // At the end the control is 0, but still a variable, unlike other zeros.
         let control = |i| if last { Node::zero().opaque() } else { Node::entry(source::CONTROL, i) };
         z.extend((0..size.controls).map(control));
-        Self { model, time_step, z, phi: (0..parameters).map(Node::parameter).collect() }
+        Self { model, time_step, z, next: None, phi: (0..parameters).map(Node::parameter).collect() }
+    }
+
+    /// The same with the next state given, as variables of costs or where none depends on it.
+    pub fn given_next(self, matters: bool) -> Self {
+        Self { next: Some((entries(source::NEXT, self.model.dimensions().states), matters)), ..self }
+    }
+
+    fn given(&self) -> Option<&[Node]> {
+        self.next.as_ref().map(|(next, _)| &next[..])
+    }
+
+    /// What costs depend on: `z`, and the next state where they are given it.
+    pub fn of_cost(&self) -> Vec<Node> {
+        let next = self.next.iter().filter(|(_, matters)| *matters).flat_map(|(next, _)| next);
+        self.z.iter().chain(next).copied().collect()
+    }
+
+    /// The next state after a step of integration, its unknowns solved for, with all derivatives.
+    pub fn solved_step(&self) -> Vec<Node> {
+        step_solved(self.model, &self.substep(&[]))
     }
 
     /// Where all but the dynamics is evaluated.
@@ -181,7 +223,7 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// The numbers of every quantity.
     pub fn values(&self, quantities: &[&Quantity]) -> Vec<Vec<Node>> {
-        values(self.model, quantities, &self.point())
+        values(self.model, quantities, &self.point(), self.given())
     }
 
     /// Where the landmarks are.
@@ -191,7 +233,7 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// The residual of every cost.
     pub fn residuals(&self, costs: &[Cost]) -> Vec<Vec<Node>> {
-        residuals(self.model, costs, &self.point())
+        residuals(self.model, costs, &self.point(), self.given())
     }
 
     /// The cost `l`, of a stage or of the end: of the task and the model's own.

@@ -3,10 +3,10 @@
 use supple_kernels::graph::{Node, Program, jacobian, record, vjp};
 use supple_kernels::padded;
 
-use super::{Outputs, Recorder, add, sum};
+use super::{Outputs, Recorder, add, sum, weigh};
 use crate::Model;
 use crate::system::Curvature;
-use crate::system::trace::{Linearised, Trace, column, dot, source, substeps};
+use crate::system::trace::{Linearised, Trace, column, dot, entries, source, substeps};
 
 impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).
@@ -63,6 +63,30 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
+    /// The gradient of `<H_bar, (lambda' f)_zz>` of a step of integration, as a vector by `(z, lambda)`, and by the
+    /// parameters.
+    pub fn contract_curvature(&self) -> Program {
+        record(|| {
+            let trace = self.trace(false);
+            let next = trace.solved_step();
+            let (n, joint) = (next.len(), trace.z.len());
+            let lambda = entries(source::COSTATE, n);
+            let hessian = jacobian(&vjp(&weigh(&next, &lambda).collect::<Vec<_>>(), &trace.z), &trace.z);
+            let adjoint = |a: usize, b: usize| Node::entry(source::COST, a * padded(joint) + b);
+            let weighed: Vec<_> = (0..joint)
+                .flat_map(|a| (a..joint).map(move |b| (a, b)))
+                .filter(|&(a, b)| hessian[a][b].known().is_none())
+                .map(|(a, b)| (hessian[a][b], if a == b { adjoint(a, b) } else { adjoint(a, b) * 2.0 }))
+                .collect();
+            let variables = [&trace.z[..], &lambda, &trace.phi].concat();
+            let mut outputs = Outputs::new();
+            for (i, entry) in vjp(&weighed, &variables).into_iter().enumerate() {
+                if i < joint + n { add(&mut outputs, entry, i) } else { sum(&mut outputs, entry, i - joint - n) }
+            }
+            Program::compile(&outputs)
+        })
+    }
+
     /// The gradient of `<C_bar, C>`.
     pub fn contract_measurement(&self) -> Program {
         record(|| {
@@ -83,8 +107,8 @@ impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<H_bar, l_zz>`, of all second derivatives of the cost or of Gauss-Newton's.
     pub fn contract_cost(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
-            let trace = self.trace(last);
-            let joint = trace.z.len();
+            let trace = self.trace_cost(last);
+            let joint = trace.of_cost().len();
             let hessian = self.cost_curvature(&trace, curvature, last);
             let mut weighed = Vec::new();
             for (a, row) in hessian.iter().enumerate() {
@@ -98,10 +122,12 @@ impl<M: Model> Recorder<'_, M> {
     }
 }
 
-/// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters.
+/// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters. Where the next
+/// state is given, the joint matrix has its rows and columns too.
 fn contraction<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Outputs {
-    let joint = trace.z.len();
-    let gradient = vjp(weighed, &[trace.z.clone(), trace.phi.clone()].concat());
+    let variables = trace.of_cost();
+    let joint = variables.len();
+    let gradient = vjp(weighed, &[variables, trace.phi.clone()].concat());
     let mut outputs = Outputs::new();
     for (j, &entry) in gradient[..joint].iter().enumerate() {
         add(&mut outputs, entry, j * padded(joint + 1) + joint);

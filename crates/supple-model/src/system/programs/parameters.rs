@@ -36,9 +36,9 @@ impl<M: Model> Recorder<'_, M> {
     /// The gradient by the parameters of the Lagrangian `l + lambda' f` (theory, equation U.4), or of a part of it.
     pub fn parameter_gradient(&self, of: GradientOf) -> Program {
         record(|| {
-            let trace = self.trace(of == GradientOf::End);
+            let trace = self.trace_of(of);
             let mut weighed = vec![(of.cost(&trace, self.costs), Node::one())];
-            let mut held = trace.z.clone();
+            let mut held = trace.of_cost();
             if of.has_step() {
                 let dynamics = trace.dynamics();
                 let Linearised { f_w, .. } = dynamics.linearise(&trace.z);
@@ -60,9 +60,10 @@ impl<M: Model> Recorder<'_, M> {
     /// `dz' (l + lambda' f)_{z phi} + dlambda' f_phi`.
     pub fn parameter_gradient_along(&self, of: GradientOf) -> Program {
         record(|| {
-            let trace = self.trace(of == GradientOf::End);
-            let dz = entries(source::VARIATION, trace.z.len());
-            let seeds: Vec<_> = weigh(&trace.z, &dz).collect();
+            let trace = self.trace_of(of);
+            let moving = trace.of_cost();
+            let dz = entries(source::VARIATION, moving.len());
+            let seeds: Vec<_> = weigh(&moving, &dz).collect();
             let cost = of.cost(&trace, self.costs);
             let total = if of.has_step() {
                 self.stage_gradient_along(&trace, cost, seeds, &dz)
@@ -75,6 +76,10 @@ impl<M: Model> Recorder<'_, M> {
             }
             Program::compile(&outputs)
         })
+    }
+
+    fn trace_of(&self, of: GradientOf) -> Trace<'_, M> {
+        if of.has_step() { self.trace(false) } else { self.trace_cost(of == GradientOf::End) }
     }
 
     fn stage_gradient_along(
