@@ -2,7 +2,8 @@
 //! say of it goes through the sub-steps (theory, section "Costs of the next state").
 
 use supple_kernels::graph::{Batch, Source};
-use supple_kernels::{Matrices, Scratch};
+use supple_kernels::rows::{Left, Long, Product, View, ViewMut, transpose};
+use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
 
 use super::authored::Authored;
 use super::programs::GradientOf;
@@ -35,12 +36,28 @@ impl GivenNext {
         Batch { first: 0, count: self.steps.stages }
     }
 
-    /// `E = [I; P_s]` of a stage, by rows.
-    fn spread(&self, stage: usize) -> Vec<Vec<f64>> {
+    /// `E = [I; P_s]` of every stage.
+    fn spread(&self) -> Matrices {
+        let Self { steps, products, joint, wide, .. } = self;
+        let mut out = Matrices::zeros(steps.stages, *wide, *joint);
+        for i in 0..steps.stages {
+            (0..*joint).for_each(|j| out.set(i, j, j, 1.0));
+            let stride = out.stride();
+            out.at_mut(i)[joint * stride..].copy_from_slice(products.at(steps.last() + steps.stages + i));
+        }
+        out
+    }
+
+    /// `S_k = [P_k; 0 I]` of every sub-step.
+    fn follow(&self) -> Matrices {
         let Self { steps, products, joint, .. } = self;
-        let unit = |j: usize| (0..*joint).map(|a| f64::from(a == j)).collect();
-        let whole = products.at(steps.last() + steps.stages + stage).chunks_exact(products.stride());
-        (0..*joint).map(unit).chain(whole.map(|row| row[..*joint].to_vec())).collect()
+        let mut out = Matrices::zeros(steps.batch().count, *joint, *joint);
+        for point in 0..out.count() {
+            (products.rows()..*joint).for_each(|j| out.set(point, j, j, 1.0));
+            let product = products.at(point);
+            out.at_mut(point)[..product.len()].copy_from_slice(product);
+        }
+        out
     }
 
     /// Adds `l` by the next state to vectors of the last sub-steps.
@@ -77,31 +94,6 @@ impl GivenNext {
 fn times(matrices: &Matrices, index: usize, row: usize, vector: &[f64]) -> f64 {
     let stride = matrices.stride();
     matrices.at(index)[row * stride..].iter().zip(vector).map(|(entry, v)| entry * v).sum()
-}
-
-type Rows = Vec<Vec<f64>>;
-
-/// `a b`
-fn product(a: &Rows, b: &Rows) -> Rows {
-    let width = b.first().map_or(0, Vec::len);
-    let of_row = |row: &Vec<f64>| {
-        let mut out = vec![0.0; width];
-        for (&entry, b) in row.iter().zip(b).filter(|(entry, _)| **entry != 0.0) {
-            out.iter_mut().zip(b).for_each(|(out, b)| *out += entry * b);
-        }
-        out
-    };
-    a.iter().map(of_row).collect()
-}
-
-fn transposed(a: &Rows) -> Rows {
-    let width = a.first().map_or(0, Vec::len);
-    (0..width).map(|j| a.iter().map(|row| row[j]).collect()).collect()
-}
-
-/// The first rows and columns of a matrix.
-fn square(matrices: &Matrices, index: usize, size: usize) -> Rows {
-    matrices.at(index).chunks_exact(matrices.stride()).take(size).map(|row| row[..size].to_vec()).collect()
 }
 
 impl<M: Model> Authored<M> {
@@ -144,16 +136,7 @@ impl<M: Model> Authored<M> {
         for block in step.blocks(at.stages) {
             let given = self.given_next(step.divide(at, block, scratch), phi, scratch);
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
-            for i in 0..block.count {
-                let turned = transposed(&given.spread(i));
-                let curved = product(&product(&turned, &square(&quadratics, i, given.wide)), &given.spread(i));
-                let slope =
-                    |row: &Vec<f64>| row.iter().enumerate().map(|(a, e)| e * quadratics.get(i, a, given.wide)).sum();
-                for (a, (row, turned)) in curved.iter().zip(&turned).enumerate() {
-                    row.iter().enumerate().for_each(|(b, &entry)| out.set(block.first + i, a, b, entry));
-                    out.set(block.first + i, a, given.joint, slope(turned));
-                }
-            }
+            dispatch(Spread { given: &given, quadratics: &quadratics, out: &mut *out, first: block.first });
             if curvature == Curvature::Exact {
                 let costates = self.costates_of_cost(&given, &quadratics);
                 let curved = self.curvature_of(&given.steps, &costates, phi, scratch);
@@ -189,7 +172,7 @@ impl<M: Model> Authored<M> {
         program.run(given.batch(), (&sources, phi), (None, parameters), scratch);
     }
 
-    /// The gradient of `<H_bar, l_zz>` of all stages (theory, equation U.16).
+    /// The gradient of `<H_bar, l_zz>` of all stages (theory, equations U.16 and U.17).
     pub(super) fn contract_cost_of_next(
         &self,
         (at, phi): (Points, &[f64]),
@@ -203,15 +186,17 @@ impl<M: Model> Authored<M> {
             let given = self.given_next(step.divide(at, block, scratch), phi, scratch);
             let (steps, wide, stages) = (&given.steps, given.wide, block.count);
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
-            let weights: Vec<Rows> = (0..stages).map(|i| symmetric(adjoint, block.first + i, size)).collect();
-            let mut spread = Matrices::zeros(stages, wide, wide + 1);
-            let mut whole = Matrices::zeros(stages, n, size);
-            for (i, weights) in weights.iter().enumerate() {
-                let half = product(&given.spread(i), weights);
-                fill(&mut spread, i, &product(&half, &transposed(&given.spread(i))));
-                let moved = product(&square(&quadratics, i, wide), &half);
-                fill(&mut whole, i, &doubled(&moved[size..]));
-            }
+            let (mut spread, mut whole) = (Matrices::zeros(stages, wide, wide + 1), Matrices::zeros(stages, n, size));
+            dispatch(Weigh {
+                rows: &given.spread(),
+                weights: adjoint,
+                first: block.first,
+                stages,
+                curvature: &quadratics,
+                from: size,
+                weighed: &mut spread,
+                moved: &mut whole,
+            });
             let [x, u, next] = given.sources();
             let (mut by_both, sources) =
                 (Matrices::zeros(stages, wide, wide + 1), [x, u, next, x, x, (&spread).into()]);
@@ -226,12 +211,16 @@ impl<M: Model> Authored<M> {
                 let curved = self.curvature_of(steps, &costates, phi, scratch);
                 let (mut inner, mut of_products) =
                     (Matrices::zeros(steps.batch().count, size, size), Matrices::zeros(steps.batch().count, n, size));
-                for point in 0..steps.batch().count {
-                    let followed = given.follow(point);
-                    let half = product(&followed, &weights[point % stages]);
-                    fill(&mut inner, point, &product(&half, &transposed(&followed)));
-                    fill(&mut of_products, point, &doubled(&product(&square(&curved, point, size), &half)[..n]));
-                }
+                dispatch(Weigh {
+                    rows: &given.follow(),
+                    weights: adjoint,
+                    first: block.first,
+                    stages,
+                    curvature: &curved,
+                    from: 0,
+                    weighed: &mut inner,
+                    moved: &mut of_products,
+                });
                 let Points { states, controls, .. } = steps.points();
                 let x = Source::from(states);
                 let sources = [x, controls.into(), (&costates).into(), x, x, (&inner).into()];
@@ -275,27 +264,89 @@ impl<M: Model> Authored<M> {
     }
 }
 
-impl GivenNext {
-    /// `S_k = [P_k; 0 I]` of a sub-step, by rows.
-    fn follow(&self, point: usize) -> Rows {
-        let Self { products, joint, .. } = self;
-        let unit = |j: usize| (0..*joint).map(|a| f64::from(a == j)).collect();
-        let rows = products.at(point).chunks_exact(products.stride()).map(|row| row[..*joint].to_vec());
-        rows.chain((products.rows()..*joint).map(unit)).collect()
+/// `[E' l'' E | E' l']` of stages, `out` from number `first` on.
+struct Spread<'a> {
+    given: &'a GivenNext,
+    quadratics: &'a Matrices,
+    out: &'a mut Matrices,
+    first: usize,
+}
+
+impl Job for Spread<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { given: GivenNext { steps, products, joint, wide, .. }, quadratics, out, first } = self;
+        let (joint, wide, n) = (*joint, *wide, products.rows());
+        let (stride, from, to) = (products.stride(), quadratics.stride(), out.stride());
+        let (mut moved, mut sum) = (vec![0.0; wide * stride], vec![0.0; joint * stride]);
+        for i in 0..steps.stages {
+            let (whole, quadratic) = (products.at(steps.last() + steps.stages + i), quadratics.at(i));
+            let (left, right) = (Left::plain(&quadratic[joint..], from), View::new(whole, stride));
+            let through = Product { left, right, rows: wide, inner: n, width: stride };
+            through.set::<L, Long>(ViewMut::new(&mut moved, stride));
+            for (moved, row) in moved.chunks_exact_mut(stride).zip(quadratic.chunks_exact(from)) {
+                moved.iter_mut().zip(&row[..joint]).for_each(|(moved, entry)| *moved += entry);
+            }
+            let (left, right) = (Left::transposed(whole, stride), View::new(&moved[joint * stride..], stride));
+            let back = Product { left, right, rows: joint, inner: n, width: stride };
+            back.set::<L, Long>(ViewMut::new(&mut sum, stride));
+            let out = out.at_mut(first + i);
+            for (a, out) in out.chunks_exact_mut(to).enumerate() {
+                let [sum, moved] = [&sum, &moved].map(|rows| &rows[a * stride..][..joint]);
+                out.iter_mut().zip(sum.iter().zip(moved)).for_each(|(out, (sum, moved))| *out = sum + moved);
+                let by_next = (0..n).map(|row| whole[row * stride + a] * quadratic[(joint + row) * from + wide]);
+                out[joint] = quadratic[a * from + wide] + by_next.sum::<f64>();
+            }
+        }
     }
 }
 
-/// The symmetric matrix of which the upper triangle is given.
-fn symmetric(matrices: &Matrices, index: usize, size: usize) -> Rows {
-    (0..size).map(|a| (0..size).map(|b| matrices.get(index, a.min(b), a.max(b))).collect()).collect()
+/// `R H R'` with the symmetric weights `H` of a point's stage, of which the upper triangles are given, and `2 Q R H`.
+struct Weigh<'a> {
+    /// `R` of every point.
+    rows: &'a Matrices,
+    /// `H` of every stage, from number `first` on.
+    weights: &'a Matrices,
+    first: usize,
+    stages: usize,
+    /// `Q` of every point, of which the rows from `from` on count.
+    curvature: &'a Matrices,
+    from: usize,
+    weighed: &'a mut Matrices,
+    moved: &'a mut Matrices,
 }
 
-fn doubled(rows: &[Vec<f64>]) -> Rows {
-    rows.iter().map(|row| row.iter().map(|entry| 2.0 * entry).collect()).collect()
-}
+impl Job for Weigh<'_> {
+    type Output = ();
 
-fn fill(to: &mut Matrices, index: usize, rows: &Rows) {
-    for (i, row) in rows.iter().enumerate() {
-        row.iter().enumerate().for_each(|(j, &entry)| to.set(index, i, j, entry));
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { rows: all, weights, first, stages, curvature, from, weighed, moved } = self;
+        let (count, joint, stride, narrow) = (all.rows(), all.cols(), all.stride(), padded(all.rows()));
+        let (to, curved) = (weighed.stride(), curvature.stride());
+        let (mut symmetric, mut half) = (vec![0.0; joint * stride], vec![0.0; count * stride]);
+        let mut turned = vec![0.0; joint * narrow];
+        for point in 0..all.count() {
+            let stage = first + point % stages;
+            for a in 0..joint {
+                (0..joint).for_each(|b| symmetric[a * stride + b] = weights.get(stage, a.min(b), a.max(b)));
+            }
+            let rows = all.at(point);
+            let (left, right) = (Left::plain(rows, stride), View::new(&symmetric, stride));
+            let through = Product { left, right, rows: count, inner: joint, width: stride };
+            through.set::<L, Long>(ViewMut::new(&mut half, stride));
+            transpose::<L, Long>(ViewMut::new(&mut turned, narrow), View::new(rows, stride), (count, joint));
+            let (left, right) = (Left::plain(&half, stride), View::new(&turned, narrow));
+            let both = Product { left, right, rows: count, inner: joint, width: narrow };
+            both.set::<L, Long>(ViewMut::new(weighed.at_mut(point), to));
+            let left = Left::plain(&curvature.at(point)[from * curved..], curved);
+            let right = View::new(&half, stride);
+            let back = Product { left, right, rows: moved.rows(), inner: count, width: stride };
+            let moved = moved.at_mut(point);
+            back.set::<L, Long>(ViewMut::new(moved, stride));
+            moved.iter_mut().for_each(|entry| *entry *= 2.0);
+        }
     }
 }
