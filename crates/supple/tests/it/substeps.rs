@@ -120,7 +120,7 @@ impl Measurable for Change {
     }
 
     fn channels(&self, _: &Vocabulary) -> Vec<Channel> {
-        vec![Channel::new("a".into(), ""), Channel::new("b".into(), "")]
+        vec![Channel::new("a", ""), Channel::new("b", "")]
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
