@@ -100,7 +100,9 @@ impl Model for Coupled {
     }
 
     fn mass<S: Scalar>(&self, at: &Point<S>, matrix: &mut [S]) {
-        matrix.copy_from_slice(&self.inertia(at.x, at.phi).concat());
+        if !self.whole {
+            matrix.copy_from_slice(&self.inertia(at.x, at.phi).concat());
+        }
     }
 
     fn substeps(&self) -> Option<usize> {
