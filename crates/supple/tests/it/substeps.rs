@@ -52,10 +52,11 @@ impl Coupled {
 fn solve<S: Scalar>(mut matrix: Vec<Vec<S>>, mut right: Vec<S>) -> Vec<S> {
     let count = right.len();
     for i in 0..count {
+        let pivot = matrix[i].clone();
         for j in i + 1..count {
-            let factor = matrix[j][i] / matrix[i][i];
-            for k in i..count {
-                matrix[j][k] = matrix[j][k] - factor * matrix[i][k];
+            let factor = matrix[j][i] / pivot[i];
+            for (entry, &above) in matrix[j].iter_mut().zip(&pivot) {
+                *entry = *entry - factor * above;
             }
             right[j] = right[j] - factor * right[i];
         }
