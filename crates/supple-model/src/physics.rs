@@ -27,7 +27,7 @@ pub struct Point<'a, S> {
     pub u: &'a [S],
     /// All parameters, in the order in which they were declared.
     pub phi: &'a [S],
-    /// Time step, s.
+    /// Time step, s: of a step of integration in [`Model::step`] and what belongs to it, of the task in all else.
     pub time_step: S,
     /// The unknowns that a step solves for (see [`Model::unknowns`]); empty in measurements, signals and costs.
     pub w: &'a [S],
@@ -129,7 +129,7 @@ pub trait Model: Send + Sync + 'static {
     /// Lengths of state, control and measurement.
     fn dimensions(&self) -> Dimensions;
 
-    /// The next state `f(x, u; phi)`, without noise.
+    /// The next state `f(x, u; phi)`, without noise: that after the point's time step, in one step of integration.
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]);
 
     /// The measurement `g(x; phi)`, without noise.
@@ -192,7 +192,8 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Into how many steps of integration each time step is divided, where task files can choose that.
+    /// Into how many steps of integration each time step of a task is divided, where task files can choose that: of each
+    /// of them [`Model::step`] gives the next state.
     fn substeps(&self) -> Option<usize> {
         None
     }

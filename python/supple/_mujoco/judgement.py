@@ -24,8 +24,8 @@ MORE_BITS = 2.0
 SMALL = 0.05
 #: How many times the closed loop may amplify these errors in choosing sub-steps; beyond that it is another loop.
 AMPLIFIED = 10.0
-#: Sub-steps are looked for up to this factor, and up to this product with the cube of the positions, which is supple's limit.
-MOST, COSTLIEST = 64, 150_000
+#: Sub-steps are looked for up to this factor, and up to this number, which is supple's limit.
+MOST, MOST_SUBSTEPS = 64, 1000
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,6 @@ class Moves:
         supple: Makes supple's model of MuJoCo's robot with so many sub-steps; with none, that of the task.
         substeps: The sub-steps of the task.
         task: Its name.
-        positions: How many of the states are positions.
         is_settled: Whether MuJoCo's own steps are short enough.
         asked: How MuJoCo's robot was asked to differ, in words; empty where it was not.
         contacts: Whether it has MuJoCo's contacts.
@@ -83,7 +82,6 @@ class Moves:
     supple: Callable[[int | None], NativeTask]
     substeps: int
     task: str
-    positions: int
     is_settled: bool
     asked: str
     contacts: bool
@@ -119,8 +117,8 @@ class Moves:
         by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
         varied = coarse - self._by_supple(None, at) if self.asked else np.zeros_like(coarse)
         # Twice as many sub-steps until they change nothing more, or MuJoCo's motion is that of them.
-        counts, count = [self.substeps], self.positions
-        while 2 * counts[-1] <= MOST * self.substeps and 2 * counts[-1] * count**3 <= COSTLIEST:
+        counts = [self.substeps]
+        while 2 * counts[-1] <= min(MOST * self.substeps, MOST_SUBSTEPS):
             counts.append(2 * counts[-1])
         whole = self._size(by_mujoco - coarse + varied)
         # The square of an innovation is half as many nats: an excess that adds a quarter to the predicted bits at most.

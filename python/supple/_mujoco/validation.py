@@ -166,7 +166,6 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         supple=lambda count: task._native if count is None else _truth(task._native, factors, count),
         substeps=int(json.loads(task._native.tables())["model"].get("substeps", 1)),
         task=name,
-        positions=(plan.states.shape[1] - plant.constants) // 2,
         is_settled=is_settled,
         asked=", ".join(f"{key} x {factor:g}" for key, factor in factors.items()),
         contacts=contact == "mujoco",

@@ -1,5 +1,5 @@
 use std::sync::OnceLock;
-use supple_kernels::graph::{Batch, Program};
+use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::Dimensions;
 use supple_lqg::KnotAdjoints;
@@ -7,10 +7,11 @@ use supple_lqg::KnotAdjoints;
 use super::batch::{after, at_points, parts};
 use super::kept::Kept;
 use super::products::CurvatureProducts;
-use super::programs::{Recorder, SecondDerivatives};
+use super::programs::{GradientOf, Recorder, SecondDerivatives};
 use super::roll_out::{RollOut, step_by_step};
 use super::second::DynamicsCurvature;
-use super::trace::{residuals, values};
+use super::substeps::Step;
+use super::trace::{residuals, source, substeps, values};
 use super::{Adjoints, Constraints, Curvature, Points, System, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::cost::Cost;
@@ -26,7 +27,7 @@ use crate::{Channels, Limit, Model, ParameterHandle, Point, Value};
 /// when it is first asked for. It is the same at every step.
 #[derive(Debug)]
 pub struct Authored<M> {
-    model: M,
+    pub(super) model: M,
     costs: Vec<Cost>,
     followed: Vec<Followed>,
     /// Limits that plans keep; none where there are none.
@@ -34,15 +35,19 @@ pub struct Authored<M> {
     /// Names of the model, by which numbers that are followed are called.
     vocabulary: OnceLock<Vocabulary>,
     time_step: Value,
-    parameters: usize,
-    size: Dimensions,
-    programs: Programs,
+    pub(super) parameters: usize,
+    pub(super) size: Dimensions,
+    /// Into how many steps of integration the model divides a time step.
+    pub(super) substeps: usize,
+    /// Whether costs of stages are given the next state.
+    pub(super) gives_next: bool,
+    pub(super) programs: Programs,
     /// The same with wider contacts and friction, by two parameters more.
     widened: OnceLock<Option<Box<Self>>>,
 }
 
 #[derive(Debug, Default)]
-struct Programs {
+pub(super) struct Programs {
     step: OnceLock<Program>,
     /// With the time step as one parameter more.
     step_over: OnceLock<Program>,
@@ -63,11 +68,12 @@ struct Programs {
     /// How landmarks move with the states.
     landmarks: OnceLock<Program>,
     contract_dynamics: OnceLock<Program>,
+    contract_curvature: OnceLock<Program>,
     contract_measurement: OnceLock<Program>,
     contract_cost: [[OnceLock<Program>; 2]; 2],
-    /// Of a stage and of the end.
-    parameter_gradient: [OnceLock<Program>; 2],
-    parameter_gradient_along: [OnceLock<Program>; 2],
+    /// Of each [`GradientOf`].
+    parameter_gradient: [OnceLock<Program>; 4],
+    parameter_gradient_along: [OnceLock<Program>; 4],
 }
 
 impl<M: Model> Authored<M> {
@@ -75,8 +81,23 @@ impl<M: Model> Authored<M> {
     pub fn new(model: M, costs: Vec<Cost>, time_step: impl Into<Value>, parameters: usize) -> Self {
         let time_step = time_step.into();
         let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
+        let substeps = substeps(&model);
         let (followed, kept, vocabulary) = (Vec::new(), None, OnceLock::new());
-        Self { model, costs, followed, kept, vocabulary, time_step, parameters, size, programs, widened }
+        let gives_next = Recorder { model: &model, costs: &costs, time_step, parameters }.gives_next();
+        Self {
+            model,
+            costs,
+            followed,
+            kept,
+            vocabulary,
+            time_step,
+            parameters,
+            size,
+            substeps,
+            gives_next,
+            programs,
+            widened,
+        }
     }
 
     /// The same with quantities that are followed along plans.
@@ -94,15 +115,98 @@ impl<M: Model> Authored<M> {
         Recorder { model, costs, time_step: *time_step, parameters: *parameters }
     }
 
-    fn program<'a>(&self, cell: &'a OnceLock<Program>, record: impl FnOnce(&Recorder<M>) -> Program) -> &'a Program {
+    pub(super) fn program<'a>(
+        &self,
+        cell: &'a OnceLock<Program>,
+        record: impl FnOnce(&Recorder<M>) -> Program,
+    ) -> &'a Program {
         cell.get_or_init(|| record(&self.recorder()))
     }
 
-    fn cost(&self, x: &[f64], u: &[f64], phi: &[f64], last: bool) -> f64 {
+    pub(super) fn cost(&self, x: &[f64], u: &[f64], phi: &[f64], last: bool) -> f64 {
+        if !last && self.gives_next {
+            let mut next = vec![0.0; x.len()];
+            self.step(0, x, u, phi, &mut next);
+            return self.stage_cost_before(&next, x, u, phi);
+        }
         let program = self.program(&self.programs.cost[usize::from(last)], |recorder| recorder.cost(last));
         let mut cost = [0.0];
         program.run_single(&[x, u], phi, &mut [&mut cost]);
         cost[0]
+    }
+}
+
+/// Programs, recorded when they are first asked for.
+impl<M: Model> Authored<M> {
+    pub(super) fn step_program(&self) -> &Program {
+        self.program(&self.programs.step, |r| r.step())
+    }
+
+    pub(super) fn jacobian_program(&self) -> &Program {
+        self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian())
+    }
+
+    pub(super) fn contraction_program(&self) -> &Program {
+        self.program(&self.programs.contract_dynamics, |r| r.contract_dynamics())
+    }
+
+    pub(super) fn contract_curvature_program(&self) -> &Program {
+        self.program(&self.programs.contract_curvature, |r| r.contract_curvature())
+    }
+
+    /// Of a stage.
+    pub(super) fn quadratic_program(&self, curvature: Curvature) -> &Program {
+        self.program(&self.programs.cost_quadratic[which(curvature)][0], |r| r.cost_quadratic(curvature, false))
+    }
+
+    /// Of a stage.
+    pub(super) fn contract_cost_program(&self, curvature: Curvature) -> &Program {
+        self.program(&self.programs.contract_cost[which(curvature)][0], |r| r.contract_cost(curvature, false))
+    }
+
+    /// Stages and end, where they are, but for stages whose cost is given the next state.
+    fn parts_of_cost(&self, at: &Points) -> impl Iterator<Item = (bool, Batch)> + use<M> {
+        let gives_next = self.gives_next;
+        parts(at).into_iter().filter(move |&(last, batch)| batch.count > 0 && (last || !gives_next))
+    }
+
+    pub(super) fn stage_cost_program(&self) -> &Program {
+        self.program(&self.programs.cost[0], |r| r.cost(false))
+    }
+
+    /// Those of products with second derivatives: of the responses, and of the curvature along a direction.
+    pub(super) fn product_programs(&self) -> [&Program; 2] {
+        let responses = self.program(&self.programs.responses, |r| r.responses());
+        [responses, self.program(&self.programs.curvature_along, |r| r.curvature_along())]
+    }
+
+    /// The gradient by the parameters, or its derivative along a variation.
+    pub(super) fn gradient_program(&self, of: GradientOf, along: bool) -> &Program {
+        let programs = &self.programs;
+        if along {
+            self.program(&programs.parameter_gradient_along[of as usize], |r| r.parameter_gradient_along(of))
+        } else {
+            self.program(&programs.parameter_gradient[of as usize], |r| r.parameter_gradient(of))
+        }
+    }
+
+    /// Adds the second derivatives of `lambda' f` of a step of integration by `z`, given the costates `after`.
+    pub(super) fn add_step_curvature(
+        &self,
+        (at, phi, after): (Points, &[f64], Source),
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let (joint, unknowns) = (self.size.joint(), self.model.unknowns());
+        if self.has_costly_curvature() {
+            let responses = self.program(&self.programs.responses, |r| r.responses());
+            let second = self.programs.second_derivatives.get_or_init(|| self.recorder().second_derivatives());
+            return DynamicsCurvature { responses, second, joint, unknowns }.add(at, phi, after, out, scratch);
+        }
+        let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
+        let sources = [at.states.into(), at.controls.into(), after];
+        let batch = Batch { first: 0, count: at.stages };
+        program.run(batch, (&sources, phi), (Some(out), &mut []), scratch);
     }
 }
 
@@ -168,16 +272,33 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn step(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]) {
-        self.program(&self.programs.step, |r| r.step()).run_single(&[x, u], phi, &mut [next]);
+        let program = self.step_program();
+        program.run_single(&[x, u], phi, &mut [&mut *next]);
+        if self.is_divided() {
+            self.go_on(next, |x, next| program.run_single(&[x, u], phi, &mut [next]));
+        }
+    }
+
+    fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
+        if self.is_divided() {
+            return self.step_all_with(self.step_program(), at, phi, next, scratch);
+        }
+        for i in 0..at.stages {
+            self.step(at.times.of(i), at.states.vector(i), at.controls.vector(i), phi, next.vector_mut(i));
+        }
     }
 
     fn step_all_over(&self, time_step: f64, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
         let program = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
         let phi = [&phi[..self.parameters], &[time_step]].concat();
-        program.run(Batch { first: 0, count: at.stages }, (&at_points(at), &phi), (Some(next), &mut []), scratch);
+        self.step_all_with(program, at, &phi, next, scratch);
     }
 
-    fn advance(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
+    fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
+        if self.is_divided() {
+            self.step(t, x, u, phi, next);
+            return self.stage_cost_before(next, x, u, phi);
+        }
         let mut cost = [0.0];
         let program = self.program(&self.programs.advance, |r| r.advance());
         program.run_single(&[x, u], phi, &mut [next, &mut cost]);
@@ -185,6 +306,9 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn roll_out(&self, law: RollOut, phi: &[f64], out: &mut Trajectory, scratch: &mut Scratch) -> f64 {
+        if self.is_divided() {
+            return self.roll_out_divided(law, phi, out, scratch);
+        }
         let mut program = self.program(&self.programs.advance, |r| r.advance()).with_parameters(phi, scratch);
         let cost = step_by_step(law, out, |_, x, u, next| {
             let mut cost = [0.0];
@@ -222,7 +346,8 @@ impl<M: Model> System for Authored<M> {
         let term = |(cost, residual): (&Cost, Vec<f64>)| {
             if cost.weights(last).are_zero() { 0.0 } else { cost.of_residual(&residual, phi, last) }
         };
-        let mut terms: Vec<f64> = self.costs.iter().zip(residuals(&self.model, &self.costs, &at)).map(term).collect();
+        let mut terms: Vec<f64> =
+            self.costs.iter().zip(residuals(&self.model, &self.costs, &at, None)).map(term).collect();
         if self.model.own_cost(false).is_some() || self.model.own_cost(true).is_some() {
             let mut residual = vec![0.0; self.model.own_cost(last).map_or(0, |cost| cost.residuals)];
             self.model.own_residual(&at, last, &mut residual);
@@ -240,7 +365,7 @@ impl<M: Model> System for Authored<M> {
         let quantities: Vec<&Quantity> =
             of_costs.chain(self.followed.iter().map(|followed| &followed.quantity)).collect();
         let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
-        values(&self.model, &quantities, &at).concat()
+        values(&self.model, &quantities, &at, None).concat()
     }
 
     fn constraints(&self) -> Option<&dyn Constraints> {
@@ -248,7 +373,10 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
-        let program = self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian());
+        if self.is_divided() {
+            return self.step_of(phi).write_jacobians(at, out, scratch);
+        }
+        let program = self.jacobian_program();
         let batch = Batch { first: 0, count: at.stages };
         program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
@@ -258,6 +386,12 @@ impl<M: Model> System for Authored<M> {
             .program(&self.programs.dynamics_jacobian_with, |recorder| recorder.of_any_time_step().dynamics_jacobian());
         let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
         let phi = [&phi[..self.parameters], &[time_step]].concat();
+        if self.is_divided() {
+            let next = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
+            let step = Step { next, jacobian: program, phi: &phi, size: self.size, substeps: self.substeps };
+            step.write_jacobian(x, u, &mut out);
+            return Some(out);
+        }
         program.run_single(&[x, u], &phi, &mut [out.as_mut_slice()]);
         Some(out)
     }
@@ -290,7 +424,10 @@ impl<M: Model> System for Authored<M> {
         scratch: &mut Scratch,
     ) {
         let cells = &self.programs.cost_quadratic[which(curvature)];
-        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+        if self.gives_next {
+            self.write_quadratics_of_next(at, phi, curvature, out, scratch);
+        }
+        for (last, batch) in self.parts_of_cost(&at) {
             let cell = &cells[usize::from(last)];
             let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
             program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
@@ -308,16 +445,10 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        let (joint, unknowns) = (self.size.joint(), self.model.unknowns());
-        if self.has_costly_curvature() {
-            let responses = self.program(&self.programs.responses, |r| r.responses());
-            let second = self.programs.second_derivatives.get_or_init(|| self.recorder().second_derivatives());
-            return DynamicsCurvature { responses, second, joint, unknowns }.add(at, phi, costates, out, scratch);
+        if self.is_divided() {
+            return self.add_curvature_divided((at, phi, costates), out, scratch);
         }
-        let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
-        let sources = [at.states.into(), at.controls.into(), after(costates)];
-        let batch = Batch { first: 0, count: at.stages };
-        program.run(batch, (&sources, phi), (Some(out), &mut []), scratch);
+        self.add_step_curvature((at, phi, after(costates)), out, scratch);
     }
 
     fn has_costly_curvature(&self) -> bool {
@@ -334,10 +465,13 @@ impl<M: Model> System for Authored<M> {
         if !self.has_costly_curvature() {
             return None;
         }
-        let responses = self.program(&self.programs.responses, |r| r.responses());
-        let curvature = self.program(&self.programs.curvature_along, |r| r.curvature_along());
-        let sizes = [self.size.joint(), self.model.unknowns()];
-        Some(CurvatureProducts::new([responses, curvature], sizes, (at, phi, costates), scratch))
+        let (programs, sizes) = (self.product_programs(), [self.size.joint(), self.model.unknowns()]);
+        if self.is_divided() {
+            let steps = self.step_of(phi).divide(at, Batch { first: 0, count: at.stages }, scratch);
+            let costates = steps.costates(costates, 0);
+            return Some(CurvatureProducts::of_substeps(programs, sizes, (steps, phi, costates), scratch));
+        }
+        Some(CurvatureProducts::new(programs, sizes, (at, phi, costates), scratch))
     }
 
     fn has_smooth_gauss_newton(&self) -> bool {
@@ -355,17 +489,24 @@ impl<M: Model> System for Authored<M> {
     ) {
         let programs = &self.programs;
         let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints.knots;
+        if self.is_divided() {
+            self.contract_divided((at, phi, dynamics), joint, parameters, scratch);
+        }
+        if self.gives_next && *has_cost {
+            self.contract_cost_of_next((at, phi), (cost, adjoints.curvature), joint, parameters, scratch);
+        }
         let [x, u] = at_points(at);
         let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
         let mut run = |program: &Program, batch| {
             program.run(batch, (&sources, phi), (Some(&mut *joint), parameters), scratch);
         };
-        let stages = Batch { first: 0, count: at.stages };
-        run(self.program(&programs.contract_dynamics, |r| r.contract_dynamics()), stages);
+        if !self.is_divided() {
+            run(self.contraction_program(), Batch { first: 0, count: at.stages });
+        }
         let all = Batch { first: 0, count: at.count() };
         run(self.program(&programs.contract_measurement, |r| r.contract_measurement()), all);
         if *has_cost {
-            for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+            for (last, batch) in self.parts_of_cost(&at) {
                 let cell = &programs.contract_cost[which(adjoints.curvature)][usize::from(last)];
                 run(self.program(cell, |recorder| recorder.contract_cost(adjoints.curvature, last)), batch);
             }
@@ -384,18 +525,20 @@ impl<M: Model> System for Authored<M> {
         let [x, u] = at_points(at);
         let mut sources = [x, u, after(costates), x, x, x, x, x];
         if let Some(Variation { joint, costates }) = variation {
-            sources[super::trace::source::VARIATION] = joint.into();
-            sources[super::trace::source::COSTATE_VARIATION] = after(costates);
+            sources[source::VARIATION] = joint.into();
+            sources[source::COSTATE_VARIATION] = after(costates);
         }
-        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
-            let cell = usize::from(last);
-            let program = match variation {
-                None => self.program(&self.programs.parameter_gradient[cell], |r| r.parameter_gradient(last)),
-                Some(_) => {
-                    self.program(&self.programs.parameter_gradient_along[cell], |r| r.parameter_gradient_along(last))
-                }
+        for (last, batch) in self.parts_of_cost(&at) {
+            let of = match (last, self.is_divided()) {
+                (true, _) => GradientOf::End,
+                (false, true) => GradientOf::StageCost,
+                (false, false) => GradientOf::Stage,
             };
+            let program = self.gradient_program(of, variation.is_some());
             program.run(batch, (&sources, phi), (None, parameters), scratch);
+        }
+        if self.is_divided() {
+            self.add_gradient_divided((at, phi, costates), variation, parameters, scratch);
         }
     }
 }

@@ -1,20 +1,76 @@
 //! Second derivatives of dynamics with many unknowns, times vectors.
 
-use supple_kernels::graph::{Batch, Program};
+use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::rows::{add_scaled, dot};
 use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch};
 
 use super::Points;
 use super::batch::after;
 use super::second::respond;
+use super::substeps::Substeps;
 
 /// Multiplies the second derivatives of `lambda_{t+1}' f` by `z` with vectors, at every stage of a trajectory.
 #[derive(Debug)]
 pub struct CurvatureProducts<'a> {
-    program: &'a Program,
-    at: Points<'a>,
+    of_steps: StepProducts<'a>,
     phi: &'a [f64],
-    costates: &'a Matrices,
+    steps: Steps<'a>,
+}
+
+/// What is multiplied.
+#[derive(Debug)]
+enum Steps<'a> {
+    /// Stages of one step of integration, with their costates.
+    Whole(Points<'a>, &'a Matrices),
+    /// Sub-steps with their costates; room for the variations of all of them and for what these give.
+    Divided(Box<(Substeps, Matrices, [Matrices; 2])>),
+}
+
+impl<'a> CurvatureProducts<'a> {
+    /// The programs of the responses and of the curvature along one direction; lengths of `z` and of the unknowns; where.
+    pub(super) fn new(
+        programs: [&'a Program; 2],
+        sizes: [usize; 2],
+        (at, phi, costates): (Points<'a>, &'a [f64], &'a Matrices),
+        scratch: &mut Scratch,
+    ) -> Self {
+        let of_steps = StepProducts::new(programs, sizes, (at, phi, after(costates)), scratch);
+        Self { of_steps, phi, steps: Steps::Whole(at, costates) }
+    }
+
+    /// The same of stages that are divided, with the costates after every sub-step.
+    pub(super) fn of_substeps(
+        programs: [&'a Program; 2],
+        sizes: [usize; 2],
+        (steps, phi, costates): (Substeps, &'a [f64], Matrices),
+        scratch: &mut Scratch,
+    ) -> Self {
+        let of_steps = StepProducts::new(programs, sizes, (steps.points(), phi, (&costates).into()), scratch);
+        let room = [(); 2].map(|()| steps.vectors(sizes[0]));
+        Self { of_steps, phi, steps: Steps::Divided(Box::new((steps, costates, room))) }
+    }
+
+    /// Adds the products with `variation`, vectors of length n + m of every stage, to vectors of that length (theory,
+    /// equations U.5 and U.13).
+    pub fn add(&mut self, variation: &Matrices, out: &mut Matrices, scratch: &mut Scratch) {
+        let Self { of_steps, phi, steps } = self;
+        match steps {
+            Steps::Whole(at, costates) => of_steps.add((*at, phi, after(costates)), variation, out, scratch),
+            Steps::Divided(divided) => {
+                let (steps, costates, [moved, slopes]) = &mut **divided;
+                steps.sweep_forward(variation, 0, moved);
+                slopes.clear();
+                of_steps.add((steps.points(), phi, (&*costates).into()), moved, slopes, scratch);
+                steps.sweep_back(Some(slopes), &mut steps.vectors(steps.states()), Some(out));
+            }
+        }
+    }
+}
+
+/// Multiplies the second derivatives of `lambda' f` of a step of integration.
+#[derive(Debug)]
+pub(super) struct StepProducts<'a> {
+    program: &'a Program,
     /// How the unknowns respond to each variable of `z`, and what follows them.
     responses: Matrices,
     /// Directions `(dz, dw)`, and what they give, by `(z, w)`.
@@ -24,31 +80,35 @@ pub struct CurvatureProducts<'a> {
     unknowns: usize,
 }
 
-impl<'a> CurvatureProducts<'a> {
-    /// The programs of the responses and of the curvature along one direction; lengths of `z` and of the unknowns; where.
-    pub(super) fn new(
+impl<'a> StepProducts<'a> {
+    pub fn new(
         [responses, program]: [&'a Program; 2],
         [joint, unknowns]: [usize; 2],
-        (at, phi, costates): (Points<'a>, &'a [f64], &'a Matrices),
+        (at, phi, after): (Points, &[f64], Source),
         scratch: &mut Scratch,
     ) -> Self {
-        let sources = [at.states.into(), at.controls.into(), after(costates)];
+        let sources = [at.states.into(), at.controls.into(), after];
         let batch = Batch { first: 0, count: at.stages };
         let responses = respond(responses, [joint, unknowns], (batch, &sources, phi), scratch);
         let of_both = || Matrices::zeros(at.stages, 1, joint + unknowns);
         let (directions, rates) = (of_both(), of_both());
-        Self { program, at, phi, costates, responses, directions, rates, joint, unknowns }
+        Self { program, responses, directions, rates, joint, unknowns }
     }
 
-    /// Adds the products with `variation`, vectors of length n + m of every stage, to vectors of that length (theory,
-    /// equation U.5): `D' (lambda' F + mu' r)'' D dz`.
-    pub fn add(&mut self, variation: &Matrices, out: &mut Matrices, scratch: &mut Scratch) {
-        let Self { program, at, phi, costates, responses, directions, rates, joint, unknowns } = self;
+    /// Adds `D' (lambda' F + mu' r)'' D dz` (theory, equation U.5) at the points and costates that it was made for.
+    pub fn add(
+        &mut self,
+        (at, phi, after): (Points, &[f64], Source),
+        variation: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let Self { program, responses, directions, rates, joint, unknowns } = self;
         let (sizes, batch) = ([*joint, *unknowns], Batch { first: 0, count: at.stages });
         dispatch(Respond { sizes, responses, variation, directions });
         let (x, u) = (at.states.into(), at.controls.into());
         // What is not read stands in for sources of other programs.
-        let sources = [x, u, after(costates), (&*responses).into(), x, x, (&*directions).into()];
+        let sources = [x, u, after, (&*responses).into(), x, x, (&*directions).into()];
         program.run(batch, (&sources, phi), (Some(rates), &mut []), scratch);
         dispatch(Return { sizes, responses, rates, out });
     }

@@ -5,7 +5,6 @@ use supple_kernels::rows::{Left, Long, Product, View, ViewMut, transpose};
 use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
 
 use super::Points;
-use super::batch::after;
 use super::programs::SecondDerivatives;
 
 /// Finds second derivatives of `lambda' f` by `z` from those of its parts by `(z, w)`.
@@ -19,11 +18,11 @@ pub(super) struct DynamicsCurvature<'a> {
 }
 
 impl DynamicsCurvature<'_> {
-    /// Adds `(lambda' f)_zz = D' (lambda' F + mu' r)'' D` at every stage (theory, equation U.5).
-    pub fn add(&self, at: Points, phi: &[f64], costates: &Matrices, out: &mut Matrices, scratch: &mut Scratch) {
+    /// Adds `(lambda' f)_zz = D' (lambda' F + mu' r)'' D` at every stage (theory, equation U.5), given the costates `after`.
+    pub fn add(&self, at: Points, phi: &[f64], after: Source, out: &mut Matrices, scratch: &mut Scratch) {
         let &Self { responses: program, second, joint, unknowns } = self;
         let batch = Batch { first: 0, count: at.stages };
-        let (x, u, after) = (at.states.into(), at.controls.into(), after(costates));
+        let (x, u) = (at.states.into(), at.controls.into());
         let responses = respond(program, [joint, unknowns], (batch, &[x, u, after], phi), scratch);
         let mut parts = Matrices::zeros(at.stages, second.rows, unknowns);
         second.program.run(batch, (&[x, u, after, (&responses).into()], phi), (Some(&mut parts), &mut []), scratch);

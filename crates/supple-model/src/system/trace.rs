@@ -12,6 +12,8 @@ pub(super) mod source {
     pub const CONTROL: usize = 1;
     /// Costates, of the next step.
     pub const COSTATE: usize = 2;
+    /// The next state, of costs that are given it: they have no costates.
+    pub const NEXT: usize = 2;
     /// Adjoints of the knots.
     pub const DYNAMICS: usize = 3;
     pub const MEASUREMENT: usize = 4;
@@ -24,9 +26,12 @@ pub(super) mod source {
 /// All variables of a model, and its functions recorded.
 pub(super) struct Trace<'a, M> {
     pub model: &'a M,
+    /// Of the task.
     pub time_step: Value,
     /// `z = (x, u)`.
     pub z: Vec<Node>,
+    /// The next state, where costs are given it, and whether they depend on it.
+    next: Option<(Vec<Node>, bool)>,
     pub phi: Vec<Node>,
 }
 
@@ -46,27 +51,51 @@ pub(super) fn entries(source: usize, len: usize) -> Vec<Node> {
 }
 
 /// The residual of every cost at a point.
-pub(super) fn residuals<M: Model, S: Scalar>(model: &M, costs: &[Cost], at: &Point<S>) -> Vec<Vec<S>> {
+pub(super) fn residuals<M: Model, S: Scalar>(
+    model: &M,
+    costs: &[Cost],
+    at: &Point<S>,
+    next: Option<&[S]>,
+) -> Vec<Vec<S>> {
     let quantities: Vec<&Quantity> = costs.iter().map(|cost| &cost.quantity).collect();
-    let values = values(model, &quantities, at);
+    let values = values(model, &quantities, at, next);
     costs.iter().zip(values).map(|(cost, values)| cost.residual(values, at)).collect()
 }
 
-/// The numbers of every quantity at a point.
-pub(super) fn values<M: Model, S: Scalar>(model: &M, quantities: &[&Quantity], at: &Point<S>) -> Vec<Vec<S>> {
+/// The numbers of every quantity at a point, with the next state where it is known.
+pub(super) fn values<M: Model, S: Scalar>(
+    model: &M,
+    quantities: &[&Quantity],
+    at: &Point<S>,
+    known: Option<&[S]>,
+) -> Vec<Vec<S>> {
     let mut signals = Vec::new();
     if quantities.iter().any(|quantity| quantity.needs_signals()) {
         signals.resize(model.signals().len(), S::zero());
         model.signal(at, &mut signals);
     }
     let needs_next = quantities.iter().any(|quantity| quantity.needs_next());
-    let next = if needs_next { next(model, at) } else { Vec::new() };
+    let next = match known {
+        Some(known) => known.to_vec(),
+        None if needs_next => next(model, at),
+        None => Vec::new(),
+    };
     let known = Known { signals: &signals, next: &next };
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
 }
 
-/// The next state, its unknowns solved for on the way, with all derivatives.
+/// The next state after all sub-steps, their unknowns solved for on the way, with all derivatives.
 fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
+    let time_step = of_substep(model, at.time_step);
+    let mut x = at.x.to_vec();
+    for _ in 0..substeps(model) {
+        x = step_solved(model, &Point { x: &x, time_step, ..*at });
+    }
+    x
+}
+
+/// The same after a single one.
+fn step_solved<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
     let w = solved(model.solution(at), model.unknowns(), |w| {
         let with = Point { w, ..*at };
         let mut residual = vec![S::zero(); w.len()];
@@ -76,6 +105,19 @@ fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
     let mut next = vec![S::zero(); at.x.len()];
     model.step(&Point { w: &w, ..*at }, &mut next);
     next
+}
+
+/// Into how many steps of integration a model divides a time step.
+pub(super) fn substeps<M: Model>(model: &M) -> usize {
+    model.substeps().unwrap_or(1).max(1)
+}
+
+/// How long each of them is.
+fn of_substep<M: Model, S: Scalar>(model: &M, time_step: S) -> S {
+    match substeps(model) {
+        1 => time_step,
+        count => time_step / count as f64,
+    }
 }
 
 /// `r_w` at the unknowns of a point.
@@ -94,28 +136,55 @@ impl<'a, M: Model> Trace<'a, M> {
         // At the end the control is 0, but still a variable, unlike other zeros.
         let control = |i| if last { Node::zero().opaque() } else { Node::entry(source::CONTROL, i) };
         z.extend((0..size.controls).map(control));
-        Self { model, time_step, z, phi: (0..parameters).map(Node::parameter).collect() }
+        Self { model, time_step, z, next: None, phi: (0..parameters).map(Node::parameter).collect() }
     }
 
-    fn point<'b>(&'b self, w: &'b [Node]) -> Point<'b, Node> {
+    /// The same with the next state given, as variables of costs or where none depends on it.
+    pub fn given_next(self, matters: bool) -> Self {
+        Self { next: Some((entries(source::NEXT, self.model.dimensions().states), matters)), ..self }
+    }
+
+    fn given(&self) -> Option<&[Node]> {
+        self.next.as_ref().map(|(next, _)| &next[..])
+    }
+
+    /// What costs depend on: `z`, and the next state where they are given it.
+    pub fn of_cost(&self) -> Vec<Node> {
+        let next = self.next.iter().filter(|(_, matters)| *matters).flat_map(|(next, _)| next);
+        self.z.iter().chain(next).copied().collect()
+    }
+
+    /// The next state after a step of integration, its unknowns solved for, with all derivatives.
+    pub fn solved_step(&self) -> Vec<Node> {
+        step_solved(self.model, &self.substep(&[]))
+    }
+
+    /// Where all but the dynamics is evaluated.
+    fn point(&self) -> Point<'_, Node> {
         let (x, u) = self.z.split_at(self.model.dimensions().states);
-        Point { x, u, phi: &self.phi, time_step: self.time_step.resolve(&self.phi), w }
+        Point { x, u, phi: &self.phi, time_step: self.time_step.resolve(&self.phi), w: &[] }
+    }
+
+    /// A step of integration with these unknowns: one of those into which the model divides a time step.
+    fn substep<'b>(&'b self, w: &'b [Node]) -> Point<'b, Node> {
+        let at = self.point();
+        Point { time_step: of_substep(self.model, at.time_step), w, ..at }
     }
 
     fn balance(&self, w: &[Node]) -> Vec<Node> {
         let mut residual = vec![Node::zero(); w.len()];
-        self.model.balance(&self.point(w), &mut residual);
+        self.model.balance(&self.substep(w), &mut residual);
         residual
     }
 
-    /// `F` and `r` at given unknowns.
+    /// `F` and `r` of a step of integration, at given unknowns.
     pub fn at(&self, w: &[Node]) -> (Vec<Node>, Vec<Node>) {
         let mut next = vec![Node::zero(); self.model.dimensions().states];
-        self.model.step(&self.point(w), &mut next);
+        self.model.step(&self.substep(w), &mut next);
         (next, self.balance(w))
     }
 
-    /// `f`, with what its unknowns are defined by.
+    /// `f` of a step of integration, with what its unknowns are defined by.
     pub fn dynamics(&self) -> Dynamics {
         self.dynamics_with(|w| self.mass(w))
     }
@@ -128,7 +197,7 @@ impl<'a, M: Model> Trace<'a, M> {
     /// The same with the mass matrix at given unknowns.
     fn dynamics_with(&self, mass: impl Fn(&[Node]) -> Vec<Vec<Node>>) -> Dynamics {
         let still: Vec<Node> = (0..self.model.unknowns()).map(|_| Node::zero().opaque()).collect();
-        if let Some(w) = self.model.solution(&self.point(&still)) {
+        if let Some(w) = self.model.solution(&self.substep(&still)) {
             let w: Vec<Node> = w.into_iter().map(Node::opaque).collect();
             let (next, residual) = self.at(&w);
             return Dynamics { next, residual, factor: Ldl::new(&mass(&w)), w };
@@ -142,29 +211,29 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// `r_w` at given unknowns.
     pub fn mass(&self, w: &[Node]) -> Vec<Vec<Node>> {
-        mass(self.model, &self.point(w))
+        mass(self.model, &self.substep(w))
     }
 
     /// `g`
     pub fn measurement(&self) -> Vec<Node> {
         let mut y = vec![Node::zero(); self.model.dimensions().measurements];
-        self.model.observe(&self.point(&[]), &mut y);
+        self.model.observe(&self.point(), &mut y);
         y
     }
 
     /// The numbers of every quantity.
     pub fn values(&self, quantities: &[&Quantity]) -> Vec<Vec<Node>> {
-        values(self.model, quantities, &self.point(&[]))
+        values(self.model, quantities, &self.point(), self.given())
     }
 
     /// Where the landmarks are.
     pub fn landmarks(&self) -> Vec<[Node; 3]> {
-        self.model.landmarks(&self.point(&[]))
+        self.model.landmarks(&self.point())
     }
 
     /// The residual of every cost.
     pub fn residuals(&self, costs: &[Cost]) -> Vec<Vec<Node>> {
-        residuals(self.model, costs, &self.point(&[]))
+        residuals(self.model, costs, &self.point(), self.given())
     }
 
     /// The cost `l`, of a stage or of the end: of the task and the model's own.
@@ -178,7 +247,7 @@ impl<'a, M: Model> Trace<'a, M> {
     pub fn own_residual(&self, last: bool) -> Vec<Node> {
         let count = self.model.own_cost(last).map_or(0, |cost| cost.residuals);
         let mut residual = vec![Node::zero(); count];
-        self.model.own_residual(&self.point(&[]), last, &mut residual);
+        self.model.own_residual(&self.point(), last, &mut residual);
         residual
     }
 

@@ -40,6 +40,7 @@ mod sensors;
 mod sequence;
 mod sequential;
 mod simulation;
+mod substeps;
 mod tasks;
 mod tasks_reference;
 mod trust;

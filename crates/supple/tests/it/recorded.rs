@@ -20,7 +20,7 @@ use supple::{
 };
 
 /// Every function and derivative of a system at random points.
-fn everything(system: &dyn System, phi: &[f64], seed: u64) -> Vec<(&'static str, Vec<f64>)> {
+pub fn everything(system: &dyn System, phi: &[f64], seed: u64) -> Vec<(&'static str, Vec<f64>)> {
     let (size, stages) = (system.dimensions(), 11);
     let (n, joint) = (size.states, size.joint());
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

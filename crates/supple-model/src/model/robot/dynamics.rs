@@ -9,7 +9,6 @@ use super::sliding::{FreeStep, Rubbing, sliding_rates};
 use super::{Point, Robot};
 use crate::model::bodies::{Forces, Override, Situation, widened};
 use crate::model::compliance::{DryFriction, Element, Native, Resistance};
-use crate::physics::solved;
 
 impl Robot {
     /// Where everything is and how it moves, with forces that resist motion taken where the integrator takes them in a step
@@ -200,25 +199,6 @@ impl Robot {
             needed[place] += rotor * a[place];
         }
         needed.iter().zip(&forces.generalised).map(|(&needed, &given)| needed - given).collect()
-    }
-
-    /// The accelerations of a step with all their derivatives.
-    fn accelerations<S: Native>(&self, at: &Point<S>) -> Vec<S> {
-        solved(self.slides().then(|| self.sliding(at)), self.positions().1, |a| {
-            let now = self.stepping(at, a);
-            (self.inertia(&now), self.unbalanced(&now, a))
-        })
-    }
-
-    /// The next state after all sub-steps, each with accelerations of its own.
-    pub(super) fn substep<S: Native>(&self, at: &Point<S>, next: &mut [S]) {
-        let dt = at.time_step / self.substeps as f64;
-        let mut x = at.x.to_vec();
-        for _ in 0..self.substeps {
-            let a = self.accelerations(&Point { x: &x, time_step: dt, ..*at });
-            self.integrate(&x, &a, dt, next);
-            x.copy_from_slice(next);
-        }
     }
 
     /// One step of Euler over `dt` from the state `x`, given the accelerations.

@@ -119,24 +119,19 @@ impl Model for Robot {
     }
 
     fn unknowns(&self) -> usize {
-        // Sub-steps have accelerations of their own, which are solved for on the way.
-        if self.substeps == 1 { self.positions().1 } else { 0 }
+        self.positions().1
     }
 
     fn balance<S: Scalar>(&self, at: &Point<S>, residual: &mut [S]) {
-        if !residual.is_empty() {
-            run(self, Part::Balance, at, residual);
-        }
+        run(self, Part::Balance, at, residual);
     }
 
     fn mass<S: Scalar>(&self, at: &Point<S>, matrix: &mut [S]) {
-        if !matrix.is_empty() {
-            run(self, Part::Mass, at, matrix);
-        }
+        run(self, Part::Mass, at, matrix);
     }
 
     fn solution<S: Scalar>(&self, at: &Point<S>) -> Option<Vec<S>> {
-        (self.unknowns() > 0 && self.slides()).then(|| {
+        self.slides().then(|| {
             let mut w = vec![S::zero(); self.unknowns()];
             run(self, Part::Solution, at, &mut w);
             w
@@ -144,10 +139,7 @@ impl Model for Robot {
     }
 
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
-        if self.substeps == 1 {
-            return self.integrate(at.x, at.w, at.time_step, next);
-        }
-        run(self, Part::Substeps, at, next);
+        self.integrate(at.x, at.w, at.time_step, next);
     }
 
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {

@@ -9,8 +9,6 @@ use crate::model::compliance::Native;
 /// One of these functions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Part {
-    /// The next state, by sub-steps.
-    Substeps,
     /// What the unknowns are defined by.
     Balance,
     /// The mass matrix, by rows.
@@ -38,7 +36,6 @@ impl Of<'_> {
         let &[x, u, phi, &[time_step], w] = inputs else { return };
         let (robot, at) = (self.robot, Point { x, u, phi, time_step, w });
         match self.part {
-            Part::Substeps => robot.substep(&at, out),
             Part::Balance => {
                 out.copy_from_slice(&robot.unbalanced(&robot.stepping(&at, at.w), at.w));
             }

@@ -3,16 +3,16 @@
 use supple_kernels::graph::{Node, Program, jacobian, record, vjp};
 use supple_kernels::padded;
 
-use super::{Outputs, Recorder, add, sum};
+use super::{Outputs, Recorder, add, sum, weigh};
 use crate::Model;
 use crate::system::Curvature;
-use crate::system::trace::{Linearised, Trace, column, dot, source};
+use crate::system::trace::{Linearised, Trace, column, dot, entries, source, substeps};
 
 impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).
     ///
     /// With `mu_j = -M^-1 F_w' F_bar_j` it is that of `sum_j (F_bar_j, mu_j)' (F, r)' (e_j, W_j)`, all but the
-    /// derivatives `(F, r)'` held fixed, and with `w` moving as it must.
+    /// derivatives `(F, r)'` held fixed, and with `w` moving as it must. Of sub-steps the gradient by `z` is a vector.
     pub fn contract_dynamics(&self) -> Program {
         record(|| {
             let trace = self.trace(false);
@@ -49,14 +49,39 @@ impl<M: Model> Recorder<'_, M> {
             let variables = [dynamics.variables(&trace.z), trace.phi.clone()].concat();
             let gradient = vjp(&weighed, &variables);
             let nu = dynamics.respond(gradient[joint..joint + k].to_vec());
+            let is_divided = substeps(self.model) > 1;
             let mut outputs = Outputs::new();
             for (j, &direct) in gradient[..joint].iter().enumerate() {
                 let total = direct + dot(nu.iter().copied(), column(&r_z, j));
-                add(&mut outputs, total, j * padded(joint + 1) + joint);
+                add(&mut outputs, total, if is_divided { j } else { j * padded(joint + 1) + joint });
             }
             let through = self.by_parameters(&trace, &dynamics, &nu);
             for (i, (&direct, through)) in gradient[joint + k..].iter().zip(through).enumerate() {
                 sum(&mut outputs, direct + through, i);
+            }
+            Program::compile(&outputs)
+        })
+    }
+
+    /// The gradient of `<H_bar, (lambda' f)_zz>` of a step of integration, as a vector by `(z, lambda)`, and by the
+    /// parameters.
+    pub fn contract_curvature(&self) -> Program {
+        record(|| {
+            let trace = self.trace(false);
+            let next = trace.solved_step();
+            let (n, joint) = (next.len(), trace.z.len());
+            let lambda = entries(source::COSTATE, n);
+            let hessian = jacobian(&vjp(&weigh(&next, &lambda).collect::<Vec<_>>(), &trace.z), &trace.z);
+            let adjoint = |a: usize, b: usize| Node::entry(source::COST, a * padded(joint) + b);
+            let weighed: Vec<_> = (0..joint)
+                .flat_map(|a| (a..joint).map(move |b| (a, b)))
+                .filter(|&(a, b)| hessian[a][b].known().is_none())
+                .map(|(a, b)| (hessian[a][b], if a == b { adjoint(a, b) } else { adjoint(a, b) * 2.0 }))
+                .collect();
+            let variables = [&trace.z[..], &lambda, &trace.phi].concat();
+            let mut outputs = Outputs::new();
+            for (i, entry) in vjp(&weighed, &variables).into_iter().enumerate() {
+                if i < joint + n { add(&mut outputs, entry, i) } else { sum(&mut outputs, entry, i - joint - n) }
             }
             Program::compile(&outputs)
         })
@@ -82,8 +107,8 @@ impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<H_bar, l_zz>`, of all second derivatives of the cost or of Gauss-Newton's.
     pub fn contract_cost(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
-            let trace = self.trace(last);
-            let joint = trace.z.len();
+            let trace = self.trace_cost(last);
+            let joint = trace.of_cost().len();
             let hessian = self.cost_curvature(&trace, curvature, last);
             let mut weighed = Vec::new();
             for (a, row) in hessian.iter().enumerate() {
@@ -97,10 +122,12 @@ impl<M: Model> Recorder<'_, M> {
     }
 }
 
-/// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters.
+/// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters. Where the next
+/// state is given, the joint matrix has its rows and columns too.
 fn contraction<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Outputs {
-    let joint = trace.z.len();
-    let gradient = vjp(weighed, &[trace.z.clone(), trace.phi.clone()].concat());
+    let variables = trace.of_cost();
+    let joint = variables.len();
+    let gradient = vjp(weighed, &[variables, trace.phi.clone()].concat());
     let mut outputs = Outputs::new();
     for (j, &entry) in gradient[..joint].iter().enumerate() {
         add(&mut outputs, entry, j * padded(joint + 1) + joint);

@@ -10,13 +10,14 @@ use crate::system::Curvature;
 use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
 
 impl<M: Model> Recorder<'_, M> {
-    /// `[l_zz | l_z]` (theory, equation P.1a): with Gauss-Newton curvature `R' nu_rr R`, `R = dr/dz`.
+    /// `[l_zz | l_z]` (theory, equation P.1a), by the next state too where it is [given](Self::gives_next): with Gauss-Newton curvature `R' nu_rr R`, `R = dr/dz`.
     pub fn cost_quadratic(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
-            let trace = self.trace(last);
-            let joint = trace.z.len();
-            let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &trace.z);
-            let exact = jacobian(&gradient, &trace.z);
+            let trace = self.trace_cost(last);
+            let variables = trace.of_cost();
+            let joint = variables.len();
+            let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &variables);
+            let exact = jacobian(&gradient, &variables);
             let hessian = match curvature {
                 Curvature::Exact => exact.clone(),
                 Curvature::GaussNewton => self.gauss_newton(&trace, last),
@@ -44,17 +45,19 @@ impl<M: Model> Recorder<'_, M> {
         match curvature {
             Curvature::GaussNewton => self.gauss_newton(trace, last),
             Curvature::Exact => {
-                let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &trace.z);
-                jacobian(&gradient, &trace.z)
+                let variables = trace.of_cost();
+                let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &variables);
+                jacobian(&gradient, &variables)
             }
         }
     }
 
     fn gauss_newton(&self, trace: &Trace<M>, last: bool) -> Vec<Vec<Node>> {
-        let joint = trace.z.len();
+        let variables = trace.of_cost();
+        let joint = variables.len();
         let mut hessian = vec![vec![Node::zero(); joint]; joint];
         for (cost, r) in self.costs.iter().zip(trace.residuals(self.costs)) {
-            let rows = jacobian(&r, &trace.z);
+            let rows = jacobian(&r, &variables);
             // Most residuals depend on few variables.
             let on = |row: &Vec<Node>| (0..joint).filter(|&a| !row[a].is_zero()).collect::<Vec<_>>();
             let on: Vec<Vec<usize>> = rows.iter().map(on).collect();
@@ -95,7 +98,7 @@ impl<M: Model> Recorder<'_, M> {
     /// Adds the curvature of the model's own norm, of which the residual is the variable.
     fn add_own(&self, trace: &Trace<M>, last: bool, hessian: &mut [Vec<Node>]) {
         let residual = trace.own_residual(last);
-        let rows = jacobian(&residual, &trace.z);
+        let rows = jacobian(&residual, &trace.of_cost());
         let free: Vec<Node> = residual.into_iter().map(Node::opaque).collect();
         let gradient = vjp(&[(trace.own_norm(&free, last), Node::one())], &free);
         for (i, curvatures) in jacobian(&gradient, &free).into_iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use supple_kernels::graph::{Node, Target, depends, record, vjp};
 
-use super::trace::{Dynamics, Trace};
+use super::trace::{Dynamics, Trace, substeps};
 use crate::cost::Cost;
 use crate::followed::Ends;
 use crate::{Model, ParameterHandle, Value};
@@ -17,6 +17,7 @@ mod second;
 mod values;
 
 pub(super) use constraints::excess_source;
+pub(super) use parameters::GradientOf;
 pub(super) use second::SecondDerivatives;
 
 /// A model with its costs, to be recorded.
@@ -36,6 +37,21 @@ impl<M: Model> Recorder<'_, M> {
     pub fn of_any_time_step(&self) -> Self {
         let time_step = ParameterHandle::at(self.parameters).into();
         Self { time_step, parameters: self.parameters + 1, ..*self }
+    }
+
+    /// Whether costs of stages are given the next state, to which several sub-steps lead.
+    pub fn gives_next(&self) -> bool {
+        substeps(self.model) > 1 && self.needs_next(false)
+    }
+
+    fn needs_next(&self, last: bool) -> bool {
+        self.costs.iter().any(|cost| cost.quantity.needs_next() && !cost.weights(last).are_zero())
+    }
+
+    /// The variables of costs.
+    fn trace_cost(&self, last: bool) -> Trace<'_, M> {
+        let trace = self.trace(last);
+        if self.gives_next() && !(last && self.needs_next(true)) { trace.given_next(!last) } else { trace }
     }
 
     fn trace(&self, last: bool) -> Trace<'_, M> {

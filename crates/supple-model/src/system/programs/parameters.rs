@@ -5,16 +5,41 @@ use supple_kernels::graph::{Node, Program, record, tangent, vjp};
 
 use super::{Outputs, Recorder, sum, weigh};
 use crate::Model;
+use crate::cost::Cost;
 use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
 
+/// What a gradient by the parameters is of: of the Lagrangian `l + lambda' f`, or of one part of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::system) enum GradientOf {
+    /// Both at a stage.
+    Stage,
+    /// The final cost.
+    End,
+    /// The cost of a stage.
+    StageCost,
+    /// `lambda' f`, of a step of integration.
+    Step,
+}
+
+impl GradientOf {
+    fn has_step(self) -> bool {
+        matches!(self, Self::Stage | Self::Step)
+    }
+
+    /// The cost, where it counts.
+    fn cost<M: Model>(self, trace: &Trace<M>, costs: &[Cost]) -> Node {
+        if self == Self::Step { Node::zero() } else { trace.cost(costs, self == Self::End) }
+    }
+}
+
 impl<M: Model> Recorder<'_, M> {
-    /// The gradient by the parameters of the Lagrangian `l + lambda' f` (theory, equation U.4).
-    pub fn parameter_gradient(&self, last: bool) -> Program {
+    /// The gradient by the parameters of the Lagrangian `l + lambda' f` (theory, equation U.4), or of a part of it.
+    pub fn parameter_gradient(&self, of: GradientOf) -> Program {
         record(|| {
-            let trace = self.trace(last);
-            let mut weighed = vec![(trace.cost(self.costs, last), Node::one())];
-            let mut held = trace.z.clone();
-            if !last {
+            let trace = self.trace_of(of);
+            let mut weighed = vec![(of.cost(&trace, self.costs), Node::one())];
+            let mut held = trace.of_cost();
+            if of.has_step() {
                 let dynamics = trace.dynamics();
                 let Linearised { f_w, .. } = dynamics.linearise(&trace.z);
                 let lambda = entries(source::COSTATE, dynamics.next.len());
@@ -33,16 +58,17 @@ impl<M: Model> Recorder<'_, M> {
 
     /// The derivative of that gradient along a variation `(dz, dlambda)` (theory, equation U.8):
     /// `dz' (l + lambda' f)_{z phi} + dlambda' f_phi`.
-    pub fn parameter_gradient_along(&self, last: bool) -> Program {
+    pub fn parameter_gradient_along(&self, of: GradientOf) -> Program {
         record(|| {
-            let trace = self.trace(last);
-            let dz = entries(source::VARIATION, trace.z.len());
-            let seeds: Vec<_> = weigh(&trace.z, &dz).collect();
-            let cost = trace.cost(self.costs, last);
-            let total = if last {
-                vjp(&[(tangent(&[cost], &seeds)[0], Node::one())], &trace.phi)
-            } else {
+            let trace = self.trace_of(of);
+            let moving = trace.of_cost();
+            let dz = entries(source::VARIATION, moving.len());
+            let seeds: Vec<_> = weigh(&moving, &dz).collect();
+            let cost = of.cost(&trace, self.costs);
+            let total = if of.has_step() {
                 self.stage_gradient_along(&trace, cost, seeds, &dz)
+            } else {
+                vjp(&[(tangent(&[cost], &seeds)[0], Node::one())], &trace.phi)
             };
             let mut outputs = Outputs::new();
             for (i, entry) in total.into_iter().enumerate() {
@@ -50,6 +76,10 @@ impl<M: Model> Recorder<'_, M> {
             }
             Program::compile(&outputs)
         })
+    }
+
+    fn trace_of(&self, of: GradientOf) -> Trace<'_, M> {
+        if of.has_step() { self.trace(false) } else { self.trace_cost(of == GradientOf::End) }
     }
 
     fn stage_gradient_along(

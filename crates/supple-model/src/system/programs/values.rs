@@ -32,8 +32,8 @@ impl<M: Model> Recorder<'_, M> {
         record(|| self.trace(true).measurement().into_iter().map(|y| y.entry_of(source::STATE)).collect())
     }
 
-    /// `l` or `l_N`
+    /// `l` or `l_N`; of stages that are [given](Self::gives_next) it, with the next state.
     pub fn cost(&self, last: bool) -> Program {
-        record(|| Program::compile(&vector(&[self.trace(last).cost(self.costs, last)])))
+        record(|| Program::compile(&vector(&[self.trace_cost(last).cost(self.costs, last)])))
     }
 }

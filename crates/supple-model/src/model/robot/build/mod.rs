@@ -24,10 +24,6 @@ use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
 mod drives;
 mod inserted;
 
-/// Sub-steps times the cube of positions at most: all sub-steps are differentiated at once, which takes some minutes
-/// here.
-const MOST_WORK: usize = 150_000;
-
 /// Reads a robot from the parts of its table.
 pub(super) struct Build<'a> {
     document: &'a Document<'a>,
@@ -134,13 +130,6 @@ impl Build<'_> {
         overrides.extend(self.overrides(file.links, file.joints)?);
         let compliance = self.compliance()?;
         self.check_locked_uses(&file.drives)?;
-        let positions = self.tree.dofs() + compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>();
-        let most = (MOST_WORK / positions.pow(3)).max(1);
-        if file.substeps > most {
-            let message = format!("must be at most {most} with {positions} positions; found {}", file.substeps);
-            let error = self.error(&["substeps".into()], message);
-            return Err(error.with_help("a shorter time_step with more steps does the same"));
-        }
         let drives = self.drives(file.actuated, file.file_actuators, file.drives, &compliance)?;
         let gravity =
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
