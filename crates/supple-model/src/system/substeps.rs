@@ -9,7 +9,7 @@ use super::Points;
 use crate::trajectory::Times;
 
 /// Numbers of all Jacobians at most that are kept at a time, but for those of a single stage.
-const MOST_NUMBERS: usize = 1 << 21;
+const MOST_NUMBERS: usize = 1 << 18;
 
 /// A model's step of integration: the programs of the next state and of its Jacobian, at some parameters.
 #[derive(Clone, Copy)]
