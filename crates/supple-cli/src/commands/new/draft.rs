@@ -72,6 +72,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
             enforced,
             first: None,
             rollouts: (template == Template::Reach).then_some(MANY),
+            substeps: None,
         };
         let rules = |longer| Rules::of(&limb, start, template, &asked.set, longer);
         let tried = best_at(rules, draft, &mut longer, (template, path))?.or_better(best);
@@ -182,7 +183,7 @@ fn best_at<'a>(
     let (mut best, mut correction) = (None, 0);
     loop {
         let tried = within_limits(&rules(*longer)?, &draft, &mut correction, path)?;
-        let is_doubtful = tried.is_doubtful() && !tried.is_coarse();
+        let is_doubtful = tried.is_doubtful();
         let found = tried.or_better(best);
         if !is_doubtful || !template.touches() || *longer * LONGER > LONGEST {
             return Ok(found);
@@ -207,6 +208,9 @@ fn within_limits<'a>(
         // No more is asked of a draft with faults while another may have none.
         if tried.faults.is_empty() {
             tried = tried.complete();
+        }
+        if let Some(finer) = tried.with_finer_steps() {
+            tried = tried.or_better(Some(Tried::of(finer, path)?.complete()));
         }
         // Limits are hardly kept where no plan is found even in twice the time.
         let is_last = *from + 1 == CORRECTIONS.len() || *from > 0 && !tried.converged;

@@ -33,6 +33,8 @@ pub struct Draft<'a> {
     pub first: Option<f64>,
     /// Roll-outs, where the usual number would be too few.
     pub rollouts: Option<usize>,
+    /// Sub-steps, where whole steps are too long.
+    pub substeps: Option<usize>,
 }
 
 /// A limit of the expected cost.
@@ -136,6 +138,9 @@ impl Draft<'_> {
                 "# Joints that do not move `{}`, or that move nothing with inertia.\n{line}",
                 limb.frame
             );
+        }
+        if let Some(substeps) = self.substeps {
+            said(text, &format!("substeps = {substeps}"), "roll-outs on whole steps differ from those on finer ones");
         }
         self.actuated(text);
         self.friction(text);

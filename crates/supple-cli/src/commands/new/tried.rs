@@ -145,9 +145,10 @@ impl<'a> Tried<'a> {
         self.converged && self.touches && !self.is_limited && !self.is_doubtful()
     }
 
-    /// Whether roll-outs find the steps too long, and no other fault of the linearisation.
-    pub fn is_coarse(&self) -> bool {
-        self.trust.as_ref().is_some_and(Trust::needs_only_substeps)
+    /// The draft with sub-steps, where roll-outs find the steps too long.
+    pub fn with_finer_steps(&self) -> Option<Draft<'a>> {
+        let substeps = Some(self.trust.as_ref()?.substeps_advised?);
+        Some(Draft { substeps, limit: None, first: None, ..self.draft.clone() })
     }
 
     /// Of two, the one with less wrong.
