@@ -56,9 +56,10 @@ fn solve<S: Scalar>(mut matrix: Vec<Vec<S>>, mut right: Vec<S>) -> Vec<S> {
         for j in i + 1..count {
             let factor = matrix[j][i] / pivot[i];
             for (entry, &above) in matrix[j].iter_mut().zip(&pivot) {
-                *entry = *entry - factor * above;
+                *entry -= factor * above;
             }
-            right[j] = right[j] - factor * right[i];
+            let known = factor * right[i];
+            right[j] -= known;
         }
     }
     for i in (0..count).rev() {

@@ -152,7 +152,8 @@ pub fn of_numbers() -> Vec<Description> {
 /// Several sub-steps, with both integrators, dry friction and costs of the next state.
 pub fn of_substeps() -> Vec<Description> {
     let accelerations = cost("joint_acceleration", "select = [\"elbow\"]\ntarget = 0.5\nweight = 0.002");
-    let [one, other] = [contact().explicit(), of_numbers().remove(1)].map(|task| task.costing(&accelerations));
+    let [one, other] = [contact().explicit(), of_numbers().remove(1)]
+        .map(|task| Description { costs: task.costs.clone() + &accelerations, ..task });
     [spring(), elastic_joint(), contact(), of_numbers().remove(2), of_numbers().remove(4), one, other]
         .map(|mut description| {
             description.model.insert_str(0, "substeps = 3\n");
