@@ -45,11 +45,12 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     let mut wrote = path.clone();
     let (text, chosen) = match (&asked.robot, asked.model) {
         (Some(file), _) => {
-            robot::warn_of_file(file, &asked.package_roots)?;
-            match asked.template {
+            let found = match asked.template {
                 Some(_) => draft::task(&title, file, &path, &asked)?,
                 None => (robot::task(&title, file, &asked.package_roots, folder)?, None),
-            }
+            };
+            robot::warn_of_file(file, &asked.package_roots)?;
+            found
         }
         (None, ModelKind::TwoMass) => (TWO_MASS.replace("@TITLE@", &title), None),
         (None, ModelKind::Linear) => (LINEAR.replace("@TITLE@", &title), None),

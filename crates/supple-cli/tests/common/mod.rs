@@ -70,6 +70,14 @@ impl Folder {
     }
 }
 
+/// Whether a line says what is being done, and since when: `starts, 1 of 4, 20 s (best 13.45 bits)`.
+fn is_progress(line: &str) -> bool {
+    let line = line.trim_end();
+    let counted = line.split_once(" s (").map_or(line.strip_suffix(" s"), |(counted, _)| Some(counted));
+    let seconds = counted.and_then(|counted| counted.rsplit_once(", "));
+    seconds.is_some_and(|(what, seconds)| seconds.parse::<u64>().is_ok() && !what.contains(": "))
+}
+
 /// How the program ended, and what it said.
 #[derive(Debug)]
 pub struct Run {
@@ -82,10 +90,12 @@ pub struct Run {
 }
 
 impl Run {
-    /// Of what a process left.
+    /// Of what a process left, without lines of progress, which appear where the machine is busy.
     pub fn of(output: &Output) -> Self {
         let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
-        Self { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) }
+        let told = text(&output.stderr);
+        let stderr = told.split_inclusive('\n').filter(|line| !is_progress(line)).collect();
+        Self { code: output.status.code(), stdout: text(&output.stdout), stderr }
     }
 
     /// Exit code and standard output of a run that said nothing on standard error.

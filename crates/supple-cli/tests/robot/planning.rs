@@ -28,9 +28,10 @@ fn chain(insides: &[&str], limits: &str) -> String {
 /// Writes a task for `robot.urdf` and evaluates it; the task, and the result.
 fn planned(folder: &Folder) -> (String, serde_json::Value) {
     let run = folder.run(&["new", "reach", "--robot", "robot.urdf"]);
-    assert_eq!(run.quiet(), (Some(0), "wrote reach.toml\nnow try: supple evaluate reach.toml\n"));
-    let text = std::fs::read_to_string(folder.path("reach.toml")).unwrap();
     // What the robot's file warns of is on standard error.
+    let said = "wrote reach.toml\nnow try: supple evaluate reach.toml\n";
+    assert_eq!((run.code, &*run.stdout), (Some(0), said), "{}", run.stderr);
+    let text = std::fs::read_to_string(folder.path("reach.toml")).unwrap();
     let run = folder.run(&["evaluate", "reach.toml", "--json"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let found: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();

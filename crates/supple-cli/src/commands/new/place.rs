@@ -24,6 +24,8 @@ const LOADED: f64 = 0.8;
 pub const FEW: usize = 3;
 /// Factor on the distance of a target at which the limb still reaches: stretched, it would move no further.
 const SPARE: f64 = 1.1;
+/// Share of the reach by which a tool may be beside the place that somebody names: a line or a surface seldom leads through it.
+const NEAR: f64 = 0.01;
 /// Square of the share of their motion that joints of such a limb have along a wall's normal at least.
 const FACING: f64 = 0.25;
 
@@ -58,6 +60,10 @@ pub struct Start {
 /// Postures to begin with, the best first; `upright` leaves out floors.
 pub fn starts(limb: &Limb, wall: Option<[f64; 3]>, at: Option<[f64; 3]>, upright: bool) -> Vec<Start> {
     let search = Search::of(limb);
+    // What the tool reaches in no orientation, it reaches in none of those that face a wall.
+    if at.is_some_and(|at| search.reached(&limb.planning.start, at, None).distance > NEAR * limb.reach) {
+        return Vec::new();
+    }
     // Floors, and walls on all sides; no ceilings.
     let axes = [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
     let normals = |q: &[f64]| -> Vec<[f64; 3]> {
@@ -221,8 +227,7 @@ impl<'a> Search<'a> {
         let chosen = rpy.filter(|_| limb.joints().len() >= 6);
         let tree = &limb.planning.tree;
         let reached = self.reached(&limb.planning.start, position, chosen);
-        // A line or a surface seldom leads through a place that somebody names.
-        if !(reached.is_there() || few && reached.distance < 0.01 * limb.reach) {
+        if !(reached.is_there() || few && reached.distance < NEAR * limb.reach) {
             return None;
         }
         let q: Vec<f64> = if few { reached.q.iter().copied().map(four_decimals).collect() } else { reached.q.clone() };

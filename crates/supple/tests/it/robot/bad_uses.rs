@@ -14,7 +14,7 @@ fn sensors() {
             "task.toml:5:8: model.sensors[0].kind: must be one of `center_of_mass`, `clearance`, \
              `contact_force`, `control`, `coupling_deflection`, `coupling_force`, `drive_effort`, `file`, `frame_point`, `frame_pose`, \
              `frame_turn`, `frame_velocity`, `joint_acceleration`, `joint_position`, `joint_torque`, `joint_velocity`, \
-             `penetration`, `power`, `signal`, `state` and 1 more; found `joint_angle` (did you mean \
+             `penetration`, `power`, `signal`, `state`, `state_and_control`; found `joint_angle` (did you mean \
              `joint_torque`?)",
         ),
         (
