@@ -250,8 +250,9 @@ def test_progress_is_told_on_the_thread_that_asked(task: supple.Task) -> None:
     assert watcher.threads == {threading.get_ident()}
     watcher = Watcher()
     task.design(starts=3, progress=watcher)
-    parts = [("starts", 0, 3), ("evaluation of start and optimum", 0, 2), ("causes of the change of information", 0, 1)]
-    assert watcher.begun == parts and watcher.done == 6 and "designs, best" in watcher.said[-1]
+    causes = ("causes of the change of information, percent", 0, 100)
+    parts = [("starts", 0, 3), ("evaluation of start and optimum", 0, 2), causes]
+    assert watcher.begun == parts and watcher.done == 105 and "designs, best" in watcher.said[-1]
 
 
 def test_an_exception_in_progress_stops_the_work(task: supple.Task) -> None:
