@@ -85,6 +85,12 @@ impl Bar {
         }
     }
 
+    fn tell(&self, change: impl FnOnce(&mut Stage)) {
+        if let Some(lines) = &self.lines {
+            lines.change(change);
+        }
+    }
+
     fn finish(&self) {
         self.bar.finish_and_clear();
     }
@@ -186,14 +192,6 @@ fn template(done: u64, total: u64) -> &'static str {
     }
 }
 
-impl Bar {
-    fn tell(&self, change: impl FnOnce(&mut Stage)) {
-        if let Some(lines) = &self.lines {
-            lines.change(change);
-        }
-    }
-}
-
 impl supple_study::Progress for Bar {
     fn begin(&self, what: &str, done: u64, total: u64) {
         self.bar.reset();
@@ -242,6 +240,7 @@ mod tests {
         let told = bar.lines.as_ref().unwrap().state.lock().unwrap().clone();
         assert_eq!(told, Stage { what: "parts".into(), done: 3, total: 4, said: String::new() });
     }
+
     /// A piped `supple design` said nothing until its end.
     #[test]
     fn logs_have_a_line_by_stage_and_from_time_to_time() {

@@ -204,12 +204,3 @@ pub fn shadow_price(found: &Evaluated) -> Option<f64> {
     }
     (size > 0.0).then(|| -along / size / std::f64::consts::LN_2)
 }
-
-/// Rows as controls to start a plan from.
-pub fn controls(rows: &[Vec<f64>]) -> Matrices {
-    let mut out = Matrices::vectors(rows.len(), rows.first().map_or(0, Vec::len));
-    for (t, row) in rows.iter().enumerate() {
-        out.vector_mut(t).copy_from_slice(row);
-    }
-    out
-}

@@ -13,7 +13,7 @@ use supple_study::{About, LoadedTask};
 
 use crate::ask::{Ask, Pin, View};
 use crate::curves::{curves, quantities, threads};
-use crate::evaluate::{Evaluated, controls, details};
+use crate::evaluate::{Evaluated, details};
 use crate::knobs::{Knob, knobs, turned, with_parameters};
 use crate::map::{Wanted, fill};
 use crate::rollouts::roll_out;
@@ -291,7 +291,7 @@ impl Worker<'_> {
         let (key, found) = last.as_ref()?;
         let same = *key == (self.shown.generation, self.ask.values.clone(), self.ask.task);
         let trajectory = found.shown()?.1.trajectory.as_ref().filter(|_| same)?;
-        Some(controls(&trajectory.controls))
+        Some(Matrices::of_rows(&trajectory.controls, trajectory.control_names.len()))
     }
 
     fn details(&self) -> Result<(), String> {

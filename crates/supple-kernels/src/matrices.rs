@@ -47,6 +47,17 @@ impl Matrices {
         Self::zeros(count, 1, len)
     }
 
+    /// Vectors of length `len`, from rows as long, which [`Matrices::to_rows`] gives back.
+    ///
+    /// # Panics
+    /// Where a row has another length.
+    #[must_use]
+    pub fn of_rows(rows: &[Vec<f64>], len: usize) -> Self {
+        let mut out = Self::vectors(rows.len(), len);
+        rows.iter().enumerate().for_each(|(index, row)| out.vector_mut(index).copy_from_slice(row));
+        out
+    }
+
     /// How many matrices there are; 1 where they are constant.
     pub fn count(&self) -> usize {
         self.count

@@ -32,7 +32,6 @@ pub struct Found {
 impl Found {
     pub(crate) fn of(summary: StartSummary) -> Self {
         let StartSummary { from, to, status, information, costs, violation, optimality, .. } = summary;
-        let vectors = |controls: &Matrices| (0..controls.count()).map(|t| controls.vector(t).to_vec()).collect();
         Self {
             from,
             to,
@@ -50,7 +49,7 @@ impl Found {
             branches: summary.branches,
             evaluations: summary.evaluations,
             without_contact: summary.without_contact,
-            controls: summary.controls.iter().map(vectors).collect(),
+            controls: summary.controls.iter().map(Matrices::to_rows).collect(),
             error: summary.error.map(|error| error.to_string()),
         }
     }
@@ -73,11 +72,7 @@ impl Found {
             if vectors.len() != task.steps || vectors.iter().any(|vector| vector.len() != len) {
                 return Err(foreign());
             }
-            let mut controls = Matrices::vectors(task.steps, len);
-            for (t, vector) in vectors.iter().enumerate() {
-                controls.vector_mut(t).copy_from_slice(vector);
-            }
-            Ok(controls)
+            Ok(Matrices::of_rows(vectors, len))
         });
         Ok(StartSummary {
             controls: controls.collect::<Result<_, _>>()?,

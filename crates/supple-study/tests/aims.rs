@@ -59,12 +59,6 @@ fn assert_shown(rows: &[String]) {
     assert!(page.contains(&rows.join("\n")), "docs/paper.md lacks\n{}", rows.join("\n"));
 }
 
-fn vectors(rows: &[Vec<f64>]) -> Matrices {
-    let mut vectors = Matrices::vectors(rows.len(), rows[0].len());
-    rows.iter().enumerate().for_each(|(step, row)| vectors.vector_mut(step).copy_from_slice(row));
-    vectors
-}
-
 /// The four parts add up to the change between the two designs as they were evaluated. The fourth one is how far the plan of
 /// the optimum, led back to the start in so many steps, ends from the plan of the start, but for a share of the change: the two
 /// masses have minima so near each other that other steps may end at another of them.
@@ -84,7 +78,10 @@ fn assert_split(task: &LoadedTask, report: &DesignReport, (steps, share): (usize
     };
     let mut at = report.optimum.clone();
     for step in (0..steps).rev() {
-        let controls = at.tasks.iter().map(|task| vectors(&task.trajectory.as_ref().unwrap().controls));
+        let controls = at.tasks.iter().map(|task| {
+            let trajectory = task.trajectory.as_ref().unwrap();
+            Matrices::of_rows(&trajectory.controls, trajectory.control_names.len())
+        });
         let options = EvaluateOptions { controls: Some(controls.collect()), trajectories: true, ..Default::default() };
         at = problem.evaluate(&between(step as f64 / steps as f64), &options).unwrap();
     }

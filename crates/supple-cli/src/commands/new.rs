@@ -44,14 +44,10 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     let asked = Asked::of(options)?;
     let mut wrote = path.clone();
     let (text, chosen) = match (&asked.robot, asked.model) {
-        (Some(file), _) => {
-            let found = match asked.template {
-                Some(_) => draft::task(&title, file, &path, &asked)?,
-                None => (robot::task(&title, file, &asked.package_roots, folder)?, None),
-            };
-            robot::warn_of_file(file, &asked.package_roots)?;
-            found
-        }
+        (Some(file), _) => match asked.template {
+            Some(_) => draft::task(&title, file, &path, &asked)?,
+            None => (robot::task(&title, file, &asked.package_roots, folder)?, None),
+        },
         (None, ModelKind::TwoMass) => (TWO_MASS.replace("@TITLE@", &title), None),
         (None, ModelKind::Linear) => (LINEAR.replace("@TITLE@", &title), None),
         (None, ModelKind::Robot) => {

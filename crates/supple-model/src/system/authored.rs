@@ -12,7 +12,7 @@ use super::roll_out::{RollOut, step_by_step};
 use super::second::DynamicsCurvature;
 use super::substeps::Step;
 use super::trace::{residuals, source, substeps, values};
-use super::{Adjoints, Constraints, Curvature, Points, System, Variation, make_convex};
+use super::{Adjoints, Constraints, Curvature, Points, System, Times, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::cost::Cost;
 use crate::followed::{self, Followed, FollowedNumber};
@@ -275,17 +275,12 @@ impl<M: Model> System for Authored<M> {
         let program = self.step_program();
         program.run_single(&[x, u], phi, &mut [&mut *next]);
         if self.is_divided() {
-            self.go_on(next, |x, next| program.run_single(&[x, u], phi, &mut [next]));
+            self.go_on(&mut next.to_vec(), next, |x, next| program.run_single(&[x, u], phi, &mut [next]));
         }
     }
 
     fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
-        if self.is_divided() {
-            return self.step_all_with(self.step_program(), at, phi, next, scratch);
-        }
-        for i in 0..at.stages {
-            self.step(at.times.of(i), at.states.vector(i), at.controls.vector(i), phi, next.vector_mut(i));
-        }
+        self.step_all_with(self.step_program(), at, phi, next, scratch);
     }
 
     fn step_all_over(&self, time_step: f64, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
@@ -381,7 +376,7 @@ impl<M: Model> System for Authored<M> {
         program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
 
-    fn dynamics_jacobian_with(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
+    fn dynamics_jacobian_with(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
         let program = self
             .program(&self.programs.dynamics_jacobian_with, |recorder| recorder.of_any_time_step().dynamics_jacobian());
         let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
@@ -389,7 +384,9 @@ impl<M: Model> System for Authored<M> {
         if self.is_divided() {
             let next = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
             let step = Step { next, jacobian: program, phi: &phi, size: self.size, substeps: self.substeps };
-            step.write_jacobian(x, u, &mut out);
+            let [x, u] = [x, u].map(|vector| Matrices::of_rows(&[vector.to_vec()], vector.len()));
+            let at = Points { states: &x, controls: &u, stages: 1, has_end: false, times: Times::At(t) };
+            step.write_jacobians(at, &mut out, &mut Scratch::new());
             return Some(out);
         }
         program.run_single(&[x, u], &phi, &mut [out.as_mut_slice()]);

@@ -11,7 +11,7 @@ use super::programs::GradientOf;
 use super::roll_out::{RollOut, step_by_step};
 use super::substeps::{Step, Substeps, add_slopes};
 use super::trace::source;
-use super::{Points, System, Variation};
+use super::{Curvature, Points, System, Variation};
 use crate::Model;
 use crate::trajectory::Trajectory;
 
@@ -53,12 +53,11 @@ impl<M: Model> Authored<M> {
         cost[0]
     }
 
-    /// From the state after the first sub-step, that after all of them.
-    pub(super) fn go_on(&self, next: &mut [f64], mut step: impl FnMut(&[f64], &mut [f64])) {
-        let mut from = next.to_vec();
+    /// From the state after the first sub-step, that after all of them; `from` is room for a state.
+    pub(super) fn go_on(&self, from: &mut [f64], next: &mut [f64], mut step: impl FnMut(&[f64], &mut [f64])) {
         for _ in 1..self.substeps {
             from.copy_from_slice(next);
-            step(&from, next);
+            step(from, next);
         }
     }
 
@@ -75,10 +74,7 @@ impl<M: Model> Authored<M> {
         let mut from = vec![0.0; self.size.states];
         let cost = step_by_step(law, out, |_, x, u, next| {
             step.run(&[x, u], &mut [&mut *next]);
-            for _ in 1..self.substeps {
-                from.copy_from_slice(next);
-                step.run(&[&from, u], &mut [&mut *next]);
-            }
+            self.go_on(&mut from, next, |x, next| step.run(&[x, u], &mut [next]));
             let mut cost = [0.0];
             stage_cost.run(&[x, u, next], &mut [&mut cost]);
             cost[0]
@@ -170,7 +166,7 @@ impl<M: Model> Authored<M> {
             let steps = step.divide(at, block, scratch);
             let mut ends = steps.ending_with(costates, block.first + 1);
             let given = self.gives_next.then(|| self.given_next(steps.clone(), phi, scratch));
-            let of_cost = given.as_ref().map(|given| (given, self.quadratics_by_next(given, phi, scratch)));
+            let of_cost = given.as_ref().map(|given| (given, self.quadratics(given, Curvature::Exact, phi, scratch)));
             if let Some((given, quadratics)) = &of_cost {
                 given.add_slopes_by_next(quadratics, &mut ends);
             }

@@ -7,7 +7,7 @@ use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
 
 use super::authored::Authored;
 use super::programs::GradientOf;
-use super::substeps::{Substeps, add_slopes};
+use super::substeps::{StackedRows, Substeps, add_slopes};
 use super::trace::source;
 use super::{Curvature, Points};
 use crate::Model;
@@ -111,16 +111,17 @@ impl<M: Model> Authored<M> {
     }
 
     /// `[l'' | l']` by `z` and the next state.
-    fn quadratics(&self, given: &GivenNext, curvature: Curvature, phi: &[f64], scratch: &mut Scratch) -> Matrices {
+    pub(super) fn quadratics(
+        &self,
+        given: &GivenNext,
+        curvature: Curvature,
+        phi: &[f64],
+        scratch: &mut Scratch,
+    ) -> Matrices {
         let mut out = Matrices::zeros(given.steps.stages, given.wide, given.wide + 1);
         let program = self.quadratic_program(curvature);
         program.run(given.batch(), (&given.sources(), phi), (Some(&mut out), &mut []), scratch);
         out
-    }
-
-    /// The same with all second derivatives.
-    pub(super) fn quadratics_by_next(&self, given: &GivenNext, phi: &[f64], scratch: &mut Scratch) -> Matrices {
-        self.quadratics(given, Curvature::Exact, phi, scratch)
     }
 
     /// `[l_zz | l_z]` of all stages (theory, equation U.15).
@@ -282,21 +283,13 @@ impl Job for Spread<'_> {
         let (stride, from, to) = (products.stride(), quadratics.stride(), out.stride());
         let (mut moved, mut sum) = (vec![0.0; wide * stride], vec![0.0; joint * stride]);
         for i in 0..steps.stages {
-            let (whole, quadratic) = (products.at(steps.last() + steps.stages + i), quadratics.at(i));
-            let (left, right) = (Left::plain(&quadratic[joint..], from), View::new(whole, stride));
-            let through = Product { left, right, rows: wide, inner: n, width: stride };
-            through.set::<L, Long>(ViewMut::new(&mut moved, stride));
-            for (moved, row) in moved.chunks_exact_mut(stride).zip(quadratic.chunks_exact(from)) {
-                moved.iter_mut().zip(&row[..joint]).for_each(|(moved, entry)| *moved += entry);
-            }
-            let (left, right) = (Left::transposed(whole, stride), View::new(&moved[joint * stride..], stride));
-            let back = Product { left, right, rows: joint, inner: n, width: stride };
-            back.set::<L, Long>(ViewMut::new(&mut sum, stride));
-            let out = out.at_mut(first + i);
-            for (a, out) in out.chunks_exact_mut(to).enumerate() {
-                let [sum, moved] = [&sum, &moved].map(|rows| &rows[a * stride..][..joint]);
-                out.iter_mut().zip(sum.iter().zip(moved)).for_each(|(out, (sum, moved))| *out = sum + moved);
-                let by_next = (0..n).map(|row| whole[row * stride + a] * quadratic[(joint + row) * from + wide]);
+            let (product, quadratic) = (products.at(steps.last() + steps.stages + i), quadratics.at(i));
+            sum.fill(0.0);
+            let rows = StackedRows { product, stride, moved: joint..wide, kept: 0..joint, columns: joint };
+            rows.add_congruence::<L>(View::new(quadratic, from), &mut moved, &mut sum);
+            for (a, out) in out.at_mut(first + i).chunks_exact_mut(to).enumerate() {
+                out[..joint].copy_from_slice(&sum[a * stride..][..joint]);
+                let by_next = (0..n).map(|row| product[row * stride + a] * quadratic[(joint + row) * from + wide]);
                 out[joint] = quadratic[a * from + wide] + by_next.sum::<f64>();
             }
         }

@@ -1,5 +1,7 @@
 //! Time steps of several sub-steps: the derivatives of a whole step from those of its parts (theory, section "Sub-steps").
 
+use std::ops::Range;
+
 use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::rows::{Left, Long, Product, View, ViewMut, add_scaled, dot, transpose};
 use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
@@ -47,20 +49,6 @@ impl Step<'_> {
             }
             let before = (k > 0).then_some(0);
             dispatch(Compose { jacobians: &jacobians, first: 0, stages, before, products: &mut *out, after: 0 });
-        }
-    }
-
-    /// The Jacobian of the whole step at one point.
-    pub fn write_jacobian(&self, x: &[f64], u: &[f64], out: &mut Matrices) {
-        let &Self { next: step, jacobian: program, phi, size, substeps } = self;
-        let (mut from, mut next) = (x.to_vec(), vec![0.0; x.len()]);
-        let mut jacobian = Matrices::zeros(1, size.states, size.joint());
-        for k in 0..substeps {
-            program.run_single(&[&from, u], phi, &mut [jacobian.as_mut_slice()]);
-            step.run_single(&[&from, u], phi, &mut [&mut next]);
-            std::mem::swap(&mut from, &mut next);
-            let before = (k > 0).then_some(0);
-            dispatch(Compose { jacobians: &jacobian, first: 0, stages: 1, before, products: &mut *out, after: 0 });
         }
     }
 
@@ -377,23 +365,43 @@ impl Job for Collect<'_> {
             sum.fill(0.0);
             for k in 0..*substeps {
                 let (product, curvature) = (products.at(k * stages + i), curvature.at(k * stages + i));
-                let (left, right) = (Left::plain(curvature, wide), View::new(product, stride));
-                let through = Product { left, right, rows: joint, inner: n, width: stride };
-                through.set::<L, Long>(ViewMut::new(&mut moved, stride));
-                for (to, row) in moved.chunks_exact_mut(stride).zip(curvature.chunks_exact(wide)) {
-                    to[n..joint].iter_mut().zip(&row[n..joint]).for_each(|(to, entry)| *to += entry);
-                }
-                let (left, right) = (Left::transposed(product, stride), View::new(&moved, stride));
-                let back = Product { left, right, rows: joint, inner: n, width: stride };
-                back.add::<L, Long>(ViewMut::new(&mut sum, stride));
-                let of_controls = n * stride..joint * stride;
-                let to = sum[of_controls.clone()].iter_mut();
-                to.zip(&moved[of_controls]).for_each(|(to, moved)| *to += moved);
+                let rows = StackedRows { product, stride, moved: 0..n, kept: n..joint, columns: joint };
+                rows.add_congruence::<L>(View::new(curvature, wide), &mut moved, &mut sum);
             }
             for (to, row) in out.at_mut(first + i).chunks_exact_mut(to_stride).zip(sum.chunks_exact(stride)) {
                 to[..joint].iter_mut().zip(&row[..joint]).for_each(|(to, sum)| *to += sum);
             }
         }
+    }
+}
+
+/// The rows of a matrix `R`: some are those of the identity with the same numbers, the others those of a product.
+pub(super) struct StackedRows<'a> {
+    pub product: &'a [f64],
+    pub stride: usize,
+    /// The rows of the product, and of the identity: together all.
+    pub moved: Range<usize>,
+    pub kept: Range<usize>,
+    pub columns: usize,
+}
+
+impl StackedRows<'_> {
+    /// Leaves `Q R` in `through`, and adds `R' Q R` to `sum`.
+    #[inline(always)]
+    pub fn add_congruence<L: Lanes>(self, curvature: View, through: &mut [f64], sum: &mut [f64]) {
+        let Self { product, stride, moved, kept, columns } = self;
+        let (numbers, inner) = (curvature.numbers, moved.len());
+        let (left, right) = (Left::plain(&numbers[moved.start..], curvature.stride), View::new(product, stride));
+        let product_part = Product { left, right, rows: inner + kept.len(), inner, width: stride };
+        product_part.set::<L, Long>(ViewMut::new(through, stride));
+        for (to, row) in through.chunks_exact_mut(stride).zip(numbers.chunks_exact(curvature.stride)) {
+            to[kept.clone()].iter_mut().zip(&row[kept.clone()]).for_each(|(to, entry)| *to += entry);
+        }
+        let (left, right) = (Left::transposed(product, stride), View::new(&through[moved.start * stride..], stride));
+        let back = Product { left, right, rows: columns, inner, width: stride };
+        back.add::<L, Long>(ViewMut::new(sum, stride));
+        let kept = kept.start * stride..kept.end * stride;
+        sum[kept.clone()].iter_mut().zip(&through[kept]).for_each(|(to, through)| *to += through);
     }
 }
 

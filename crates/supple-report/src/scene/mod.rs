@@ -38,8 +38,8 @@ pub const MOST_TRIANGLES: usize = 20_000;
 ///
 /// `{ meshes, designs, warnings }`: surfaces of bodies, each there once whoever shares it, with vertices (`f4`) and
 /// faces (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number, and how many of its last
-/// vertices (`guides`) do not count for the limits of the view; and what to tell the reader. Meshes that cannot be read are shown as the lines and marks that the scene has for each body, with a
-/// warning.
+/// vertices (`guides`) do not count for the limits of the view; and what to tell the reader. Meshes that cannot be read are
+/// shown as the lines and marks that the scene has for each body, with a warning.
 #[must_use]
 pub fn data(scenes: &[(&str, &Scene)]) -> Value {
     Stage::default().all(scenes)

@@ -121,12 +121,6 @@ impl Trust {
     pub fn needs_only_rollouts(&self) -> bool {
         self.rollouts_needed.is_some() && self.reasons.len() == 1
     }
-
-    /// Whether the only doubt is that steps are too long.
-    #[must_use]
-    pub fn needs_only_substeps(&self) -> bool {
-        self.substeps_advised.is_some() && self.reasons.len() == 1
-    }
 }
 
 /// Where roll-outs cost something else than predicted, and more than the limit that the prediction keeps: both, and what to try.

@@ -8,7 +8,7 @@ use supple_text::{quoted, short};
 use super::ask::Asked;
 use super::limb::Limb;
 use super::place::{FEW, Start, starts};
-use super::robot::{relative, warn_of_still};
+use super::robot::{relative, warn_of_file, warn_of_still};
 use super::rules::Rules;
 use super::templates::Draft;
 use super::tried::{MANY, Tried};
@@ -94,6 +94,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
     warn_of_still(&limb.planning);
     warn_of_fast(&limb);
     best.faults.iter().chain(&best.remarks).for_each(|fault| warn(fault));
+    warn_of_file(&robot);
     Ok((best.text(), asked.frame.is_none().then(|| limb.chosen())))
 }
 

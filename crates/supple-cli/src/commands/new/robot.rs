@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, bias, load};
+use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, load};
 
 use supple_text::quoted;
 
@@ -56,17 +56,13 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
             writeln!(text, "actuated = [{}]   # the file gives no effort limit for the other joints", names.join(", "));
     }
     write_rest(&planning, &end, gravity, &mut text);
+    warn_of_file(&robot);
     Ok(text)
 }
 
 /// Prints what the robot file's reader warns of, as every command does that reads the task.
-///
-/// # Errors
-/// Where the file is wrong.
-pub fn warn_of_file(file: &Path, package_roots: &[PathBuf]) -> Result<(), Failure> {
-    let options = LoadOptions { package_roots: package_roots.to_vec(), ..LoadOptions::default() };
-    load(file, &options)?.warnings.iter().for_each(|warning| warn(warning));
-    Ok(())
+pub fn warn_of_file(robot: &Robot) {
+    robot.warnings.iter().for_each(|warning| warn(warning));
 }
 
 /// Warns of joints that are locked because the robot file gives them a single position.

@@ -181,10 +181,7 @@ fn evaluate(
 /// The controls of a plan that was found.
 fn controls(task: &TaskEvaluation) -> Option<Matrices> {
     let trajectory = task.trajectory.as_ref().filter(|_| task.status.is_converged())?;
-    let rows = &trajectory.controls;
-    let mut controls = Matrices::vectors(rows.len(), trajectory.control_names.len());
-    rows.iter().enumerate().for_each(|(t, row)| controls.vector_mut(t).copy_from_slice(row));
-    Some(controls)
+    Some(Matrices::of_rows(&trajectory.controls, trajectory.control_names.len()))
 }
 
 fn touches(task: &TaskEvaluation) -> bool {

@@ -72,12 +72,7 @@ impl<M: Model> Recorder<'_, M> {
             let (n, joint) = (next.len(), trace.z.len());
             let lambda = entries(source::COSTATE, n);
             let hessian = jacobian(&vjp(&weigh(&next, &lambda).collect::<Vec<_>>(), &trace.z), &trace.z);
-            let adjoint = |a: usize, b: usize| Node::entry(source::COST, a * padded(joint) + b);
-            let weighed: Vec<_> = (0..joint)
-                .flat_map(|a| (a..joint).map(move |b| (a, b)))
-                .filter(|&(a, b)| hessian[a][b].known().is_none())
-                .map(|(a, b)| (hessian[a][b], if a == b { adjoint(a, b) } else { adjoint(a, b) * 2.0 }))
-                .collect();
+            let weighed = weighed_triangle(&hessian, padded(joint));
             let variables = [&trace.z[..], &lambda, &trace.phi].concat();
             let mut outputs = Outputs::new();
             for (i, entry) in vjp(&weighed, &variables).into_iter().enumerate() {
@@ -110,16 +105,22 @@ impl<M: Model> Recorder<'_, M> {
             let trace = self.trace_cost(last);
             let joint = trace.of_cost().len();
             let hessian = self.cost_curvature(&trace, curvature, last);
-            let mut weighed = Vec::new();
-            for (a, row) in hessian.iter().enumerate() {
-                for (b, &entry) in row.iter().enumerate().skip(a).filter(|(_, entry)| entry.known().is_none()) {
-                    let adjoint = Node::entry(source::COST, a * padded(joint + 1) + b);
-                    weighed.push((entry, if a == b { adjoint } else { adjoint * 2.0 }));
-                }
-            }
+            let weighed = weighed_triangle(&hessian, padded(joint + 1));
             Program::compile(&contraction(&trace, &weighed))
         })
     }
+}
+
+/// The upper triangle of symmetric second derivatives with their adjoints, the source `COST` with rows `stride` apart.
+fn weighed_triangle(hessian: &[Vec<Node>], stride: usize) -> Vec<(Node, Node)> {
+    let mut weighed = Vec::new();
+    for (a, row) in hessian.iter().enumerate() {
+        for (b, &entry) in row.iter().enumerate().skip(a).filter(|(_, entry)| entry.known().is_none()) {
+            let adjoint = Node::entry(source::COST, a * stride + b);
+            weighed.push((entry, if a == b { adjoint } else { adjoint * 2.0 }));
+        }
+    }
+    weighed
 }
 
 /// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters. Where the next
