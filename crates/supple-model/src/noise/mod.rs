@@ -140,8 +140,8 @@ impl NoiseModel {
         self.varying.iter_mut().for_each(|varying| varying.coefficient = varying.coefficient.over(time_step));
     }
 
-    /// Clears `noise` for adjoints by this along `steps` steps: a matrix for each step where the noise varies with the state,
-    /// and as it was elsewhere.
+    /// Clears `noise` for adjoints by this along `steps` steps: a matrix for each step where the noise varies with the
+    /// state, and as it was elsewhere.
     pub fn clear(&self, noise: &mut Noise, steps: usize) {
         if self.varying.is_empty() { noise.clear() } else { noise.clear_each(steps) }
     }
@@ -155,8 +155,8 @@ impl NoiseModel {
         self.resolve_states(phi, out)
     }
 
-    /// Writes the covariances at given parameters along `states`, N + 1 vectors of length n. Where none varies with the state,
-    /// this is [`resolve`](Self::resolve).
+    /// Writes the covariances at given parameters along `states`, N + 1 vectors of length n. Where none varies with the
+    /// state, this is [`resolve`](Self::resolve).
     ///
     /// # Errors
     /// Where a variance, or what is added to it, is negative or not finite.
@@ -195,8 +195,8 @@ impl NoiseModel {
         Ok(())
     }
 
-    /// Adds to `parameters` the gradient of a number with the adjoints `adjoint` by the covariances along `states`, N + 1 vectors
-    /// of length n, which are held fixed.
+    /// Adds to `parameters` the gradient of a number with the adjoints `adjoint` by the covariances along `states`, N + 1
+    /// vectors of length n, which are held fixed.
     ///
     /// Where the noise varies with the state, the adjoint of `V` has a matrix for each step, see [`clear`](Self::clear).
     pub fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Noise, parameters: &mut [f64]) {
@@ -208,8 +208,8 @@ impl NoiseModel {
         }
     }
 
-    /// Adds the gradient of a number with the adjoints `adjoint` by the states themselves to the linear terms of `joint`: its last
-    /// column, rows 0..n, at each of the N + 1 steps. Adds nothing where no variance varies.
+    /// Adds the gradient of a number with the adjoints `adjoint` by the states themselves to the linear terms of `joint`:
+    /// its last column, rows 0..n, at each of the N + 1 steps. Adds nothing where no variance varies.
     pub fn add_state_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Noise, joint: &mut Matrices) {
         for varying in &self.varying {
             varying.add_state_gradient(phi, states, &adjoint.measurement, joint);

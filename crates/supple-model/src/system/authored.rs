@@ -41,6 +41,8 @@ pub struct Authored<M> {
     pub(super) substeps: usize,
     /// Whether costs of stages are given the next state.
     pub(super) gives_next: bool,
+    /// Which of its entries they depend on.
+    counting_of_next: OnceLock<Vec<usize>>,
     pub(super) programs: Programs,
     /// The same with wider contacts and friction, by two parameters more.
     widened: OnceLock<Option<Box<Self>>>,
@@ -95,6 +97,7 @@ impl<M: Model> Authored<M> {
             size,
             substeps,
             gives_next,
+            counting_of_next: OnceLock::new(),
             programs,
             widened,
         }
@@ -168,6 +171,27 @@ impl<M: Model> Authored<M> {
     fn parts_of_cost(&self, at: &Points) -> impl Iterator<Item = (bool, Batch)> + use<M> {
         let gives_next = self.gives_next;
         parts(at).into_iter().filter(move |&(last, batch)| batch.count > 0 && (last || !gives_next))
+    }
+
+    /// `[l_zz | l_z]`, but of stages whose cost is given the next state.
+    fn write_quadratics(
+        &self,
+        at: Points,
+        phi: &[f64],
+        curvature: Curvature,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let cells = &self.programs.cost_quadratic[which(curvature)];
+        for (last, batch) in self.parts_of_cost(&at) {
+            let cell = &cells[usize::from(last)];
+            let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
+            program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
+        }
+    }
+
+    pub(super) fn counting_of_next(&self) -> &[usize] {
+        self.counting_of_next.get_or_init(|| self.recorder().counting_of_next())
     }
 
     pub(super) fn stage_cost_program(&self) -> &Program {
@@ -420,15 +444,10 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        let cells = &self.programs.cost_quadratic[which(curvature)];
         if self.gives_next {
-            self.write_quadratics_of_next(at, phi, curvature, out, scratch);
+            self.write_quadratics_of_next((at, phi), (curvature, None), out, scratch);
         }
-        for (last, batch) in self.parts_of_cost(&at) {
-            let cell = &cells[usize::from(last)];
-            let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
-            program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
-        }
+        self.write_quadratics(at, phi, curvature, out, scratch);
         if curvature == Curvature::GaussNewton && !self.has_smooth_gauss_newton() {
             make_convex(out, self.size.joint());
         }
@@ -446,6 +465,23 @@ impl<M: Model> System for Authored<M> {
             return self.add_curvature_divided((at, phi, costates), out, scratch);
         }
         self.add_step_curvature((at, phi, after(costates)), out, scratch);
+    }
+
+    fn lagrangian_quadratics(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        if self.gives_next {
+            // The second derivatives of the step serve both, its costates and those that the cost begins.
+            self.write_quadratics_of_next((at, phi), (Curvature::Exact, Some(costates)), out, scratch);
+            return self.write_quadratics(at, phi, Curvature::Exact, out, scratch);
+        }
+        self.cost_quadratics(at, phi, Curvature::Exact, out, scratch);
+        self.add_dynamics_curvature(at, phi, costates, out, scratch);
     }
 
     fn has_costly_curvature(&self) -> bool {
@@ -486,18 +522,18 @@ impl<M: Model> System for Authored<M> {
     ) {
         let programs = &self.programs;
         let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints.knots;
-        if self.is_divided() {
-            self.contract_divided((at, phi, dynamics), joint, parameters, scratch);
-        }
         if self.gives_next && *has_cost {
-            self.contract_cost_of_next((at, phi), (cost, adjoints.curvature), joint, parameters, scratch);
+            let adjoints = (dynamics, cost, adjoints.curvature);
+            self.contract_with_next((at, phi), adjoints, joint, parameters, scratch);
+        } else if self.is_composed() {
+            self.contract_divided((at, phi, dynamics), joint, parameters, scratch);
         }
         let [x, u] = at_points(at);
         let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
         let mut run = |program: &Program, batch| {
             program.run(batch, (&sources, phi), (Some(&mut *joint), parameters), scratch);
         };
-        if !self.is_divided() {
+        if !self.is_composed() {
             run(self.contraction_program(), Batch { first: 0, count: at.stages });
         }
         let all = Batch { first: 0, count: at.count() };
@@ -534,7 +570,7 @@ impl<M: Model> System for Authored<M> {
             let program = self.gradient_program(of, variation.is_some());
             program.run(batch, (&sources, phi), (None, parameters), scratch);
         }
-        if self.is_divided() {
+        if self.is_composed() {
             self.add_gradient_divided((at, phi, costates), variation, parameters, scratch);
         }
     }

@@ -21,6 +21,11 @@ impl<M: Model> Authored<M> {
         self.substeps > 1
     }
 
+    /// Whether derivatives of stages are composed of those of their steps of integration.
+    pub(super) fn is_composed(&self) -> bool {
+        self.is_divided() || self.gives_next
+    }
+
     pub(super) fn step_of<'a>(&'a self, phi: &'a [f64]) -> Step<'a> {
         let (next, jacobian) = (self.step_program(), self.jacobian_program());
         Step { next, jacobian, phi, size: self.size, substeps: self.substeps }
@@ -132,8 +137,8 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// From adjoints of the Jacobians of sub-steps, slopes by their points and vectors `ends` by the states after the stages:
-    /// slopes by the stages' `z`, added to `total`, and by the parameters.
+    /// From adjoints of the Jacobians of sub-steps, slopes by their points and vectors `ends` by the states after the
+    /// stages: slopes by the stages' `z`, added to `total`, and by the parameters.
     pub(super) fn collect(
         &self,
         (steps, phi): (&Substeps, &[f64]),

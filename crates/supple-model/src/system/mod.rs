@@ -249,6 +249,20 @@ pub trait System: Send + Sync {
         scratch: &mut Scratch,
     );
 
+    /// The second derivatives of the Lagrangian `l + lambda' f`, and the slopes of `l` alone: those of
+    /// [`System::cost_quadratics`], exact, with what [`System::add_dynamics_curvature`] adds.
+    fn lagrangian_quadratics(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        self.cost_quadratics(at, phi, Curvature::Exact, out, scratch);
+        self.add_dynamics_curvature(at, phi, costates, out, scratch);
+    }
+
     /// Whether [`System::add_dynamics_curvature`] takes as long as several linearisations.
     fn has_costly_curvature(&self) -> bool {
         false

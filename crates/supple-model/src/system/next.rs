@@ -1,5 +1,5 @@
-//! Costs of stages that depend on the next state, to which several sub-steps lead: their programs are given it, and what they
-//! say of it goes through the sub-steps (theory, section "Costs of the next state").
+//! Costs of stages that depend on the next state: their programs are given it, and what
+//! they say of it goes through the sub-steps (theory, section "Costs of the next state").
 
 use supple_kernels::graph::{Batch, Source};
 use supple_kernels::rows::{Left, Long, Product, View, ViewMut, transpose};
@@ -14,18 +14,20 @@ use crate::Model;
 
 /// Some stages with the states that they lead to.
 #[derive(Debug)]
-pub(super) struct GivenNext {
+pub(super) struct GivenNext<'a> {
     steps: Substeps,
     /// The states after the stages.
     next: Matrices,
     /// `P_k`
     products: Matrices,
-    /// Lengths of `z`, and of `z` with the next state.
+    /// The entries of the next state that count.
+    counting: &'a [usize],
+    /// Lengths of `z`, and of `z` with these entries.
     joint: usize,
     wide: usize,
 }
 
-impl GivenNext {
+impl GivenNext<'_> {
     /// What costs read: states, controls and next states.
     fn sources(&self) -> [Source<'_>; 3] {
         let Points { states, controls, .. } = self.steps.points();
@@ -36,14 +38,21 @@ impl GivenNext {
         Batch { first: 0, count: self.steps.stages }
     }
 
+    /// The rows of a stage's `P_s` that count.
+    fn rows(&self, stage: usize) -> impl Iterator<Item = &[f64]> {
+        let (product, stride) =
+            (self.products.at(self.steps.last() + self.steps.stages + stage), self.products.stride());
+        self.counting.iter().map(move |&row| &product[row * stride..][..stride])
+    }
+
     /// `E = [I; P_s]` of every stage.
     fn spread(&self) -> Matrices {
-        let Self { steps, products, joint, wide, .. } = self;
-        let mut out = Matrices::zeros(steps.stages, *wide, *joint);
-        for i in 0..steps.stages {
-            (0..*joint).for_each(|j| out.set(i, j, j, 1.0));
+        let mut out = Matrices::zeros(self.steps.stages, self.wide, self.joint);
+        for i in 0..self.steps.stages {
+            (0..self.joint).for_each(|j| out.set(i, j, j, 1.0));
             let stride = out.stride();
-            out.at_mut(i)[joint * stride..].copy_from_slice(products.at(steps.last() + steps.stages + i));
+            let below = out.at_mut(i)[self.joint * stride..].chunks_exact_mut(stride);
+            below.zip(self.rows(i)).for_each(|(to, row)| to.copy_from_slice(row));
         }
         out
     }
@@ -63,8 +72,9 @@ impl GivenNext {
     /// Adds `l` by the next state to vectors of the last sub-steps.
     pub fn add_slopes_by_next(&self, quadratics: &Matrices, ends: &mut Matrices) {
         for i in 0..self.steps.stages {
-            for (row, end) in ends.vector_mut(self.steps.last() + i).iter_mut().enumerate() {
-                *end += quadratics.get(i, self.joint + row, self.wide);
+            let end = ends.vector_mut(self.steps.last() + i);
+            for (number, &row) in self.counting.iter().enumerate() {
+                end[row] += quadratics.get(i, self.joint + number, self.wide);
             }
         }
     }
@@ -72,10 +82,12 @@ impl GivenNext {
     /// The variations of `z` and the next state, from those of every sub-step's point.
     pub fn vary(&self, moved: &Matrices) -> Matrices {
         let mut out = Matrices::vectors(self.steps.stages, self.wide);
+        let mut all = vec![0.0; self.next.cols()];
         for i in 0..self.steps.stages {
+            self.steps.move_last(i, &moved.vector(self.steps.last() + i)[..self.joint], &mut all);
             let (dz, next) = out.vector_mut(i).split_at_mut(self.joint);
             dz.copy_from_slice(&moved.vector(i)[..self.joint]);
-            self.steps.move_last(i, &moved.vector(self.steps.last() + i)[..self.joint], next);
+            self.pick(&all, next);
         }
         out
     }
@@ -83,10 +95,16 @@ impl GivenNext {
     /// Adds the products of second derivatives of `l` with variations, by the next state, to vectors of the last sub-steps.
     pub fn add_products_by_next(&self, quadratics: &Matrices, along: &Matrices, ends: &mut Matrices) {
         for i in 0..self.steps.stages {
-            for (row, end) in ends.vector_mut(self.steps.last() + i).iter_mut().enumerate() {
-                *end += times(quadratics, i, self.joint + row, along.vector(i));
+            let end = ends.vector_mut(self.steps.last() + i);
+            for (number, &row) in self.counting.iter().enumerate() {
+                end[row] += times(quadratics, i, self.joint + number, along.vector(i));
             }
         }
+    }
+
+    /// The entries that count.
+    fn pick(&self, next: &[f64], out: &mut [f64]) {
+        out.iter_mut().zip(self.counting).for_each(|(to, &row)| *to = next[row]);
     }
 }
 
@@ -97,7 +115,7 @@ fn times(matrices: &Matrices, index: usize, row: usize, vector: &[f64]) -> f64 {
 }
 
 impl<M: Model> Authored<M> {
-    pub(super) fn given_next(&self, steps: Substeps, phi: &[f64], scratch: &mut Scratch) -> GivenNext {
+    pub(super) fn given_next(&self, steps: Substeps, phi: &[f64], scratch: &mut Scratch) -> GivenNext<'_> {
         let Points { states, controls, .. } = steps.points();
         let mut after = steps.vectors(self.size.states);
         let sources = [Source::from(states), controls.into()];
@@ -106,8 +124,8 @@ impl<M: Model> Authored<M> {
         for i in 0..steps.stages {
             next.vector_mut(i).copy_from_slice(after.vector(steps.last() + i));
         }
-        let (products, joint) = (steps.products(), self.size.joint());
-        GivenNext { steps, next, products, joint, wide: joint + self.size.states }
+        let (products, joint, counting) = (steps.products(), self.size.joint(), self.counting_of_next());
+        GivenNext { steps, next, products, counting, joint, wide: joint + counting.len() }
     }
 
     /// `[l'' | l']` by `z` and the next state.
@@ -124,12 +142,11 @@ impl<M: Model> Authored<M> {
         out
     }
 
-    /// `[l_zz | l_z]` of all stages (theory, equation U.15).
+    /// `[l_zz | l_z]` of all stages (theory, equation U.15); with costates, exact and with `(lambda' f)_zz` added.
     pub(super) fn write_quadratics_of_next(
         &self,
-        at: Points,
-        phi: &[f64],
-        curvature: Curvature,
+        (at, phi): (Points, &[f64]),
+        (curvature, after): (Curvature, Option<&Matrices>),
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
@@ -139,16 +156,17 @@ impl<M: Model> Authored<M> {
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
             dispatch(Spread { given: &given, quadratics: &quadratics, out: &mut *out, first: block.first });
             if curvature == Curvature::Exact {
-                let costates = self.costates_of_cost(&given, &quadratics);
+                let ends = after.map(|after| given.steps.ending_with(after, block.first + 1));
+                let costates = self.costates_of_cost(&given, &quadratics, ends);
                 let curved = self.curvature_of(&given.steps, &costates, phi, scratch);
                 given.steps.add_curvature(&given.products, &curved, out, block.first);
             }
         }
     }
 
-    /// The costates of sub-steps that the cost of a stage alone begins.
-    fn costates_of_cost(&self, given: &GivenNext, quadratics: &Matrices) -> Matrices {
-        let mut costates = given.steps.vectors(self.size.states);
+    /// The costates of sub-steps that the cost of a stage begins, alone or beside those at the ends.
+    fn costates_of_cost(&self, given: &GivenNext, quadratics: &Matrices, ends: Option<Matrices>) -> Matrices {
+        let mut costates = ends.unwrap_or_else(|| given.steps.vectors(self.size.states));
         given.add_slopes_by_next(quadratics, &mut costates);
         given.steps.sweep_back(None, &mut costates, None);
         costates
@@ -173,11 +191,11 @@ impl<M: Model> Authored<M> {
         program.run(given.batch(), (&sources, phi), (None, parameters), scratch);
     }
 
-    /// The gradient of `<H_bar, l_zz>` of all stages (theory, equations U.16 and U.17).
-    pub(super) fn contract_cost_of_next(
+    /// The gradient of `<F_bar, [A B]> + <H_bar, l_zz>` of all stages (theory, equations U.12, U.16 and U.17).
+    pub(super) fn contract_with_next(
         &self,
         (at, phi): (Points, &[f64]),
-        (adjoint, curvature): (&Matrices, Curvature),
+        (dynamics, adjoint, curvature): (&Matrices, &Matrices, Curvature),
         joint: &mut Matrices,
         parameters: &mut [f64],
         scratch: &mut Scratch,
@@ -187,7 +205,8 @@ impl<M: Model> Authored<M> {
             let given = self.given_next(step.divide(at, block, scratch), phi, scratch);
             let (steps, wide, stages) = (&given.steps, given.wide, block.count);
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
-            let (mut spread, mut whole) = (Matrices::zeros(stages, wide, wide + 1), Matrices::zeros(stages, n, size));
+            let mut spread = Matrices::zeros(stages, wide, wide + 1);
+            let mut by_rows = Matrices::zeros(stages, given.counting.len(), size);
             dispatch(Weigh {
                 rows: &given.spread(),
                 weights: adjoint,
@@ -196,8 +215,16 @@ impl<M: Model> Authored<M> {
                 curvature: &quadratics,
                 from: size,
                 weighed: &mut spread,
-                moved: &mut whole,
+                moved: &mut by_rows,
             });
+            let mut whole = Matrices::zeros(stages, n, size);
+            for i in 0..stages {
+                let (to, stride) = (whole.at_mut(i), by_rows.stride());
+                to.copy_from_slice(dynamics.at(block.first + i));
+                for (&row, more) in given.counting.iter().zip(by_rows.at(i).chunks_exact(stride)) {
+                    to[row * stride..][..stride].iter_mut().zip(more).for_each(|(to, more)| *to += more);
+                }
+            }
             let [x, u, next] = given.sources();
             let (mut by_both, sources) =
                 (Matrices::zeros(stages, wide, wide + 1), [x, u, next, x, x, (&spread).into()]);
@@ -208,7 +235,7 @@ impl<M: Model> Authored<M> {
             let mut varied = Matrices::vectors(stages, wide);
             let mut moving = None;
             if curvature == Curvature::Exact {
-                let costates = self.costates_of_cost(&given, &quadratics);
+                let costates = self.costates_of_cost(&given, &quadratics, None);
                 let curved = self.curvature_of(steps, &costates, phi, scratch);
                 let (mut inner, mut of_products) =
                     (Matrices::zeros(steps.batch().count, size, size), Matrices::zeros(steps.batch().count, n, size));
@@ -236,7 +263,7 @@ impl<M: Model> Authored<M> {
                 }
                 steps.sweep_states(&mut moved);
                 for i in 0..stages {
-                    varied.vector_mut(i)[size..wide].copy_from_slice(&moved.vector(steps.last() + i)[..n]);
+                    given.pick(moved.vector(steps.last() + i), &mut varied.vector_mut(i)[size..wide]);
                 }
                 self.add_cost_gradient_of_next(&given, Some(&varied), phi, parameters, scratch);
                 more = Some(of_products);
@@ -257,7 +284,8 @@ impl<M: Model> Authored<M> {
             for i in 0..stages {
                 let by = |a: usize| by_both.get(i, a, wide) + times(&quadratics, i, a, varied.vector(i));
                 (0..size).for_each(|a| total.vector_mut(i)[a] = by(a));
-                (0..n).for_each(|a| ends.vector_mut(steps.last() + i)[a] = by(size + a));
+                let end = ends.vector_mut(steps.last() + i);
+                given.counting.iter().enumerate().for_each(|(number, &row)| end[row] = by(size + number));
             }
             self.collect((steps, phi), (&adjoints, slopes, ends), (&mut total, &mut *parameters), scratch);
             add_slopes(&total, joint, block.first);
@@ -267,7 +295,7 @@ impl<M: Model> Authored<M> {
 
 /// `[E' l'' E | E' l']` of stages, `out` from number `first` on.
 struct Spread<'a> {
-    given: &'a GivenNext,
+    given: &'a GivenNext<'a>,
     quadratics: &'a Matrices,
     out: &'a mut Matrices,
     first: usize,
@@ -278,18 +306,22 @@ impl Job for Spread<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { given: GivenNext { steps, products, joint, wide, .. }, quadratics, out, first } = self;
-        let (joint, wide, n) = (*joint, *wide, products.rows());
-        let (stride, from, to) = (products.stride(), quadratics.stride(), out.stride());
+        let Self { given, quadratics, out, first } = self;
+        let &GivenNext { joint, wide, .. } = given;
+        let (stride, from, to) = (given.products.stride(), quadratics.stride(), out.stride());
         let (mut moved, mut sum) = (vec![0.0; wide * stride], vec![0.0; joint * stride]);
-        for i in 0..steps.stages {
-            let (product, quadratic) = (products.at(steps.last() + steps.stages + i), quadratics.at(i));
+        let mut product = vec![0.0; given.counting.len() * stride];
+        for i in 0..given.steps.stages {
+            let quadratic = quadratics.at(i);
+            let rows = product.chunks_exact_mut(stride).zip(given.rows(i));
+            rows.for_each(|(to, row)| to.copy_from_slice(row));
             sum.fill(0.0);
-            let rows = StackedRows { product, stride, moved: joint..wide, kept: 0..joint, columns: joint };
+            let rows = StackedRows { product: &product, stride, moved: joint..wide, kept: 0..joint, columns: joint };
             rows.add_congruence::<L>(View::new(quadratic, from), &mut moved, &mut sum);
             for (a, out) in out.at_mut(first + i).chunks_exact_mut(to).enumerate() {
                 out[..joint].copy_from_slice(&sum[a * stride..][..joint]);
-                let by_next = (0..n).map(|row| product[row * stride + a] * quadratic[(joint + row) * from + wide]);
+                let by_next = product.chunks_exact(stride).zip(quadratic[joint * from..].chunks_exact(from));
+                let by_next = by_next.map(|(row, of_next)| row[a] * of_next[wide]);
                 out[joint] = quadratic[a * from + wide] + by_next.sum::<f64>();
             }
         }

@@ -118,7 +118,8 @@ impl Substeps {
         Matrices::vectors(self.states.count(), len)
     }
 
-    /// `P_k`, how the state before a sub-step follows `z`, and last the Jacobians of the whole steps (theory, equation U.10).
+    /// `P_k`, how the state before a sub-step follows `z`, and last the Jacobians of the whole steps (theory, equation
+    /// U.10).
     pub fn products(&self) -> Matrices {
         let &Self { substeps, stages, size: Dimensions { states: n, .. }, ref jacobians, .. } = self;
         let mut products = Matrices::zeros((substeps + 1) * stages, n, self.size.joint());

@@ -1,4 +1,4 @@
-use supple_kernels::graph::{Node, jacobian};
+use supple_kernels::graph::{Node, depends, jacobian};
 use supple_kernels::{Ldl, Scalar};
 
 use crate::cost::Cost;
@@ -30,8 +30,8 @@ pub(super) struct Trace<'a, M> {
     pub time_step: Value,
     /// `z = (x, u)`.
     pub z: Vec<Node>,
-    /// The next state, where costs are given it, and whether they depend on it.
-    next: Option<(Vec<Node>, bool)>,
+    /// The next state, where costs are given it, and which of its entries they depend on.
+    next: Option<(Vec<Node>, Vec<usize>)>,
     pub phi: Vec<Node>,
 }
 
@@ -139,19 +139,30 @@ impl<'a, M: Model> Trace<'a, M> {
         Self { model, time_step, z, next: None, phi: (0..parameters).map(Node::parameter).collect() }
     }
 
-    /// The same with the next state given, as variables of costs or where none depends on it.
-    pub fn given_next(self, matters: bool) -> Self {
-        Self { next: Some((entries(source::NEXT, self.model.dimensions().states), matters)), ..self }
+    /// The same with the next state given. Those of its entries count as variables that stages' costs depend on; none where
+    /// they are none's.
+    pub fn given_next(self, costs: Option<&[Cost]>) -> Self {
+        let next = entries(source::NEXT, self.model.dimensions().states);
+        let given = Self { next: Some((next.clone(), Vec::new())), ..self };
+        let cost = costs.map(|costs| given.cost(costs, false));
+        let counts = |i: &usize| cost.is_some_and(|cost| depends(&[cost], next[*i]));
+        let counting = (0..next.len()).filter(counts).collect();
+        Self { next: Some((next, counting)), ..given }
     }
 
     fn given(&self) -> Option<&[Node]> {
         self.next.as_ref().map(|(next, _)| &next[..])
     }
 
-    /// What costs depend on: `z`, and the next state where they are given it.
+    /// Which entries of the next state costs depend on that are given it.
+    pub fn counting(&self) -> &[usize] {
+        self.next.as_ref().map_or(&[], |(_, counting)| counting)
+    }
+
+    /// What costs depend on: `z`, and entries of the next state where they are given it.
     pub fn of_cost(&self) -> Vec<Node> {
-        let next = self.next.iter().filter(|(_, matters)| *matters).flat_map(|(next, _)| next);
-        self.z.iter().chain(next).copied().collect()
+        let next = self.next.iter().flat_map(|(next, counting)| counting.iter().map(|&i| next[i]));
+        self.z.iter().copied().chain(next).collect()
     }
 
     /// The next state after a step of integration, its unknowns solved for, with all derivatives.

@@ -112,8 +112,8 @@ impl Expression {
         self.parameters().into_iter().map(slope).collect()
     }
 
-    /// What it can be at most and at least, given the bounds of all parameters; wider than that where a parameter stands in it
-    /// more than once.
+    /// What it can be at most and at least, given the bounds of all parameters; wider than that where a parameter stands in
+    /// it more than once.
     pub fn range(self, bounds: &impl Fn(usize) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
         self.0.range(bounds).map(|Range { lower, upper }| [lower, upper])
     }

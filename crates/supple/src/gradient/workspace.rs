@@ -74,11 +74,11 @@ impl GradientWorkspace {
             // The trajectory is a minimum of the cost itself, whatever the curvature that its control law is made of.
             if plan.curvature == Curvature::Exact {
                 hessian.copy_from(&plan.knots.cost);
+                system.add_dynamics_curvature(at, phi, &plan.costates, hessian, scratch);
             } else {
                 hessian.clear();
-                system.cost_quadratics(at, phi, Curvature::Exact, hessian, scratch);
+                system.lagrangian_quadratics(at, phi, &plan.costates, hessian, scratch);
             }
-            system.add_dynamics_curvature(at, phi, &plan.costates, hessian, scratch);
             if let Some(limits) = limits {
                 limits.add_excess_curvature(at, phi, &plan.multipliers, hessian, scratch);
             }

@@ -41,7 +41,8 @@ impl Augmented<'_> {
             .sum()
     }
 
-    /// The slopes of what limits add by each excess: multipliers of the Lagrangian whose gradient that of the augmented one is.
+    /// The slopes of what limits add by each excess: multipliers of the Lagrangian whose gradient that of the augmented one
+    /// is.
     pub fn slopes(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
         let mut slopes = self.multipliers.clone();
         if let Some(penalties) = self.penalties {
@@ -54,6 +55,28 @@ impl Augmented<'_> {
             }
         }
         slopes
+    }
+
+    /// Adds what limits add to the cost's slopes and second derivatives.
+    fn add_limits(&self, at: Points, phi: &[f64], curvature: Curvature, out: &mut Matrices, scratch: &mut Scratch) {
+        let slopes = self.slopes(at, phi, scratch);
+        if slopes.as_slice().iter().all(|slope| *slope == 0.0) {
+            return;
+        }
+        let joint = self.system.dimensions().joint();
+        let mut jacobians = Matrices::zeros(at.count(), slopes.cols(), joint);
+        self.limits.excess_jacobians(at, phi, &mut jacobians, scratch);
+        let stride = out.stride();
+        for i in 0..at.count() {
+            for (row, &slope) in slopes.vector(i).iter().enumerate().filter(|(_, slope)| **slope > 0.0) {
+                let gradient = &jacobians.at(i)[row * jacobians.stride()..][..joint];
+                let rho = self.penalties.map_or(0.0, |penalties| penalties[row]);
+                add_excess(out.at_mut(i), stride, gradient, (slope, rho));
+            }
+        }
+        if curvature == Curvature::Exact && self.penalties.is_some() {
+            self.limits.add_excess_curvature(at, phi, &slopes, out, scratch);
+        }
     }
 }
 
@@ -111,24 +134,20 @@ impl System for Augmented<'_> {
         // Limits add to entries that the system itself leaves 0.
         out.clear();
         self.system.cost_quadratics(at, phi, curvature, out, scratch);
-        let slopes = self.slopes(at, phi, scratch);
-        if slopes.as_slice().iter().all(|slope| *slope == 0.0) {
-            return;
-        }
-        let joint = self.dimensions().joint();
-        let mut jacobians = Matrices::zeros(at.count(), slopes.cols(), joint);
-        self.limits.excess_jacobians(at, phi, &mut jacobians, scratch);
-        let stride = out.stride();
-        for i in 0..at.count() {
-            for (row, &slope) in slopes.vector(i).iter().enumerate().filter(|(_, slope)| **slope > 0.0) {
-                let gradient = &jacobians.at(i)[row * jacobians.stride()..][..joint];
-                let rho = self.penalties.map_or(0.0, |penalties| penalties[row]);
-                add_excess(out.at_mut(i), stride, gradient, (slope, rho));
-            }
-        }
-        if curvature == Curvature::Exact && self.penalties.is_some() {
-            self.limits.add_excess_curvature(at, phi, &slopes, out, scratch);
-        }
+        self.add_limits(at, phi, curvature, out, scratch);
+    }
+
+    fn lagrangian_quadratics(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        out.clear();
+        self.system.lagrangian_quadratics(at, phi, costates, out, scratch);
+        self.add_limits(at, phi, Curvature::Exact, out, scratch);
     }
 
     fn add_dynamics_curvature(

@@ -100,8 +100,7 @@ impl Search<'_> {
         let Self { problem, plan, work, scratch, .. } = self;
         let (at, phi) = (plan.trajectory.points(), problem.phi);
         work.hessian.clear();
-        problem.system.cost_quadratics(at, phi, Curvature::Exact, &mut work.hessian, scratch);
-        problem.system.add_dynamics_curvature(at, phi, &plan.costates, &mut work.hessian, scratch);
+        problem.system.lagrangian_quadratics(at, phi, &plan.costates, &mut work.hessian, scratch);
     }
 
     /// Halves what second derivatives add to Gauss-Newton's.

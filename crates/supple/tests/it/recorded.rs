@@ -64,6 +64,9 @@ pub fn everything(system: &dyn System, phi: &[f64], seed: u64) -> Vec<(&'static 
     }
     system.add_dynamics_curvature(at, phi, &costates, &mut quadratics, scratch);
     found.push(("dynamics' curvature", quadratics.as_slice().to_vec()));
+    let mut lagrangian = Matrices::zeros(stages + 1, joint, joint + 1);
+    system.lagrangian_quadratics(at, phi, &costates, &mut lagrangian, scratch);
+    found.push(("Lagrangian", lagrangian.as_slice().to_vec()));
     let mut gradient = vec![0.0; phi.len()];
     for (name, curvature) in [("Gauss-Newton contraction", Curvature::GaussNewton), ("contraction", Curvature::Exact)] {
         let adjoints = Adjoints { knots: &adjoints, curvature };

@@ -112,9 +112,12 @@ impl Model for Coupled {
     }
 }
 
-/// How much a velocity changes over the whole step: not linear in the next state.
+/// How much a velocity changes over the whole step: not linear in the next state, which is given, or which it goes to by
+/// itself.
 #[derive(Clone, Debug)]
-struct Change;
+struct Change {
+    goes: Option<Coupled>,
+}
 
 impl Measurable for Change {
     const NAME: &'static str = "change";
@@ -128,8 +131,16 @@ impl Measurable for Change {
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
-        out[0] = (known.next[3] - at.x[3]) / at.time_step;
-        out[1] = known.next[0] * at.x[1].sin() * at.phi[STIFFNESS] + known.next[1] * at.u[0];
+        let next = match self.goes {
+            Some(model) => {
+                let mut next = vec![S::zero(); at.x.len()];
+                model.step(at, &mut next);
+                next
+            }
+            None => known.next.to_vec(),
+        };
+        out[0] = (next[3] - at.x[3]) / at.time_step;
+        out[1] = next[0] * at.x[1].sin() * at.phi[STIFFNESS] + next[1] * at.u[0];
     }
 
     fn depends_on_control(&self) -> bool {
@@ -137,17 +148,18 @@ impl Measurable for Change {
     }
 
     fn needs_next(&self) -> bool {
-        true
+        self.goes.is_none()
     }
 }
 
 fn system(joints: usize, substeps: usize, whole: bool, changes: bool) -> Authored<Coupled> {
     let mut costs = vec![Cost::new(State::new([0, 1]), 0.7).with_targets([0.3, 0.1]), Cost::new(Control::all(2), 0.2)];
+    let model = Coupled { joints, substeps, whole };
     if changes {
-        costs.push(Cost::new(Change, 0.4).with_targets([0.2, 0.1]));
+        costs.push(Cost::new(Change { goes: whole.then_some(model) }, 0.4).with_targets([0.2, 0.1]));
     }
     let time_step: Value = ParameterHandle::at(TIME_STEP).into();
-    Authored::new(Coupled { joints, substeps, whole }, costs, time_step, DESIGN.len())
+    Authored::new(model, costs, time_step, DESIGN.len())
 }
 
 /// What goes through steps: trajectories, steps of many points, and those over other time steps.
@@ -176,7 +188,7 @@ fn moved(system: &dyn System) -> Vec<(&'static str, Vec<f64>)> {
 /// another way.
 #[test]
 fn substeps_are_composed_exactly() {
-    for (joints, substeps, changes) in [(2, 2, false), (2, 5, true), (17, 2, false)] {
+    for (joints, substeps, changes) in [(2, 1, true), (2, 2, false), (2, 5, true), (17, 2, false), (17, 1, true)] {
         let [parts, whole] = [false, true].map(|whole| system(joints, substeps, whole, changes));
         assert_eq!(parts.depends_on(3), [true; 3]);
         let all = |system: &Authored<Coupled>| [moved(system), everything(system, &DESIGN, 7)].concat();

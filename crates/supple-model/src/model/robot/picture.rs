@@ -71,8 +71,8 @@ impl Robot {
         frames
     }
 
-    /// The line skeleton of a link: lines from its joint to the next joints and to its frames, rails of joints that slide on it,
-    /// and a mark at its joint. Where a last link has no frames, its line ends at its centre of mass.
+    /// The line skeleton of a link: lines from its joint to the next joints and to its frames, rails of joints that slide
+    /// on it, and a mark at its joint. Where a last link has no frames, its line ends at its centre of mass.
     fn skeleton(&self, at: &Point<f64>, numbers: &Numbers<f64>, line: f64, link: usize) -> Vec<Shape> {
         let robot = &self.bodies.robot;
         let joint = link.checked_sub(1);

@@ -167,8 +167,8 @@ mod tests {
         }
     }
 
-    /// A step of up to eight positions, whose joints rub and whose bodies rub on walls, with anything from sticking to sliding
-    /// fast.
+    /// A step of up to eight positions, whose joints rub and whose bodies rub on walls, with anything from sticking to
+    /// sliding fast.
     fn random_step(random: &mut Random) -> (FreeStep<f64>, Vec<Rubbing<f64>>) {
         let count = 1 + (random.power(0.0, 0.9) as usize);
         let arms: Vec<Vec<f64>> = (0..count).map(|_| random.evens(count)).collect();

@@ -6,7 +6,7 @@ use supple_kernels::padded;
 use super::{Outputs, Recorder, add, sum, weigh};
 use crate::Model;
 use crate::system::Curvature;
-use crate::system::trace::{Linearised, Trace, column, dot, entries, source, substeps};
+use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
 
 impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).
@@ -49,11 +49,11 @@ impl<M: Model> Recorder<'_, M> {
             let variables = [dynamics.variables(&trace.z), trace.phi.clone()].concat();
             let gradient = vjp(&weighed, &variables);
             let nu = dynamics.respond(gradient[joint..joint + k].to_vec());
-            let is_divided = substeps(self.model) > 1;
+            let is_composed = self.is_composed();
             let mut outputs = Outputs::new();
             for (j, &direct) in gradient[..joint].iter().enumerate() {
                 let total = direct + dot(nu.iter().copied(), column(&r_z, j));
-                add(&mut outputs, total, if is_divided { j } else { j * padded(joint + 1) + joint });
+                add(&mut outputs, total, if is_composed { j } else { j * padded(joint + 1) + joint });
             }
             let through = self.by_parameters(&trace, &dynamics, &nu);
             for (i, (&direct, through)) in gradient[joint + k..].iter().zip(through).enumerate() {
@@ -123,8 +123,8 @@ fn weighed_triangle(hessian: &[Vec<Node>], stride: usize) -> Vec<(Node, Node)> {
     weighed
 }
 
-/// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters. Where the next
-/// state is given, the joint matrix has its rows and columns too.
+/// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters. Where the
+/// next state is given, the joint matrix has its rows and columns too.
 fn contraction<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Outputs {
     let variables = trace.of_cost();
     let joint = variables.len();

@@ -10,8 +10,8 @@ use crate::system::Curvature;
 use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
 
 impl<M: Model> Recorder<'_, M> {
-    /// `[l_zz | l_z]` (theory, equation P.1a), by the next state too where it is [given](Self::gives_next): with Gauss-Newton
-    /// curvature `R' nu_rr R`, `R = dr/dz`.
+    /// `[l_zz | l_z]` (theory, equation P.1a), by the next state too where it is [given](Self::gives_next): with
+    /// Gauss-Newton curvature `R' nu_rr R`, `R = dr/dz`.
     pub fn cost_quadratic(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
             let trace = self.trace_cost(last);

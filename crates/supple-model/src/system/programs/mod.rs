@@ -39,9 +39,15 @@ impl<M: Model> Recorder<'_, M> {
         Self { time_step, parameters: self.parameters + 1, ..*self }
     }
 
-    /// Whether costs of stages are given the next state, to which several sub-steps lead.
+    /// Whether costs of stages are given the next state, as some depend on it: their derivatives then go through those of
+    /// the step, and not through all that solves for its unknowns.
     pub fn gives_next(&self) -> bool {
-        substeps(self.model) > 1 && self.needs_next(false)
+        self.needs_next(false)
+    }
+
+    /// Whether derivatives of stages are composed of those of steps of integration, which are then by vectors.
+    pub fn is_composed(&self) -> bool {
+        substeps(self.model) > 1 || self.gives_next()
     }
 
     fn needs_next(&self, last: bool) -> bool {
@@ -51,7 +57,17 @@ impl<M: Model> Recorder<'_, M> {
     /// The variables of costs.
     fn trace_cost(&self, last: bool) -> Trace<'_, M> {
         let trace = self.trace(last);
-        if self.gives_next() && !(last && self.needs_next(true)) { trace.given_next(!last) } else { trace }
+        match last {
+            _ if !self.gives_next() => trace,
+            false => trace.given_next(Some(self.costs)),
+            true if self.needs_next(true) => trace,
+            true => trace.given_next(None),
+        }
+    }
+
+    /// Which entries of the next state costs of stages depend on that are given it.
+    pub fn counting_of_next(&self) -> Vec<usize> {
+        record(|| self.trace_cost(false).counting().to_vec())
     }
 
     fn trace(&self, last: bool) -> Trace<'_, M> {
