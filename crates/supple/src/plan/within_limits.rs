@@ -141,15 +141,41 @@ impl<'a> Rounds<'a> {
         work: &mut PlanWorkspace,
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
-        let mut missed = self.missed(plan, scratch);
+        let missed = self.missed(plan, scratch);
         if missed <= 1.0 {
             return Ok(());
         }
-        self.start_from_better(guess, plan, scratch);
+        let exceeds = |excess: f64, bound: f64| excess > NEAR * bound.abs();
+        let (free, by_little) = (plan.trajectory.controls.clone(), !self.is_any(plan, scratch, exceeds));
+        let from_guess = !by_little && self.start_from_better(guess, plan, scratch);
+        let mut status = self.rounds((settings, missed), plan, work, scratch);
+        let is_over = matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations);
+        if !is_over && !(status.is_converged() && self.is_kept(plan, scratch)) && (from_guess || by_little) {
+            // From the other of both.
+            plan.trajectory.controls = free;
+            plan.nominal_cost = simulate_controls(self.problem.system, self.problem.phi, &mut plan.trajectory, scratch);
+            plan.multipliers.as_mut_slice().fill(0.0);
+            self.penalties = self.first_penalties(plan, scratch);
+            if from_guess || self.start_from_better(guess, plan, scratch) {
+                status = self.rounds((settings, missed), plan, work, scratch);
+            }
+        }
+        self.finish((plan, settings), status, scratch)
+    }
+
+    /// Rounds until limits are kept and the plan is stationary, or what ended them, given by how much they were missed before.
+    fn rounds(
+        &mut self,
+        (settings, mut missed): (&PlanSettings, f64),
+        plan: &mut Plan,
+        work: &mut PlanWorkspace,
+        scratch: &mut Scratch,
+    ) -> PlanStatus {
         let (mut tolerance, mut growths) = (FIRST_TOLERANCE, 0);
         let mut status = PlanStatus::LimitsExceeded;
         for _ in 0..MOST_ROUNDS {
-            tolerance = (tolerance / TIGHTER).max(settings.tolerance);
+            // Once limits are kept, nothing is left but to finish.
+            tolerance = if missed <= 1.0 { settings.tolerance } else { (tolerance / TIGHTER).max(settings.tolerance) };
             status = self.round(&settings.to_tolerance(tolerance), plan, work, scratch);
             if matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations) {
                 break;
@@ -167,12 +193,18 @@ impl<'a> Rounds<'a> {
             }
             missed = left;
         }
-        self.finish((plan, settings), status, scratch)
+        status
     }
 
-    /// Starts from the guess where it is at a limit and its augmented Lagrangian is less than that of the plan without limits,
-    /// as it is for plans of problems that differ little; then with penalties that keep it where it is.
-    fn start_from_better(&mut self, guess: &Matrices, plan: &mut Plan, scratch: &mut Scratch) {
+    /// Whether the limits are kept, but for rounding.
+    fn is_kept(&self, plan: &Plan, scratch: &mut Scratch) -> bool {
+        self.missed(plan, scratch) <= 1.0 / SHARE
+    }
+
+    /// Starts from the guess where it is at a limit and its augmented Lagrangian is less than that of the plan without
+    /// limits, as it is for plans of problems that differ little; then with penalties that keep it where it is. Whether it
+    /// does.
+    fn start_from_better(&mut self, guess: &Matrices, plan: &mut Plan, scratch: &mut Scratch) -> bool {
         let system = self.augmented(&plan.multipliers);
         let free = plan.nominal_cost + system.penalties_of(&plan.trajectory, self.problem.phi, scratch);
         let found = plan.trajectory.controls.clone();
@@ -181,18 +213,25 @@ impl<'a> Rounds<'a> {
             bounds.clamp_all(&mut plan.trajectory.controls);
         }
         let given = system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
-        if given.is_nan() || given >= free || !self.is_near_limits(plan, scratch) {
-            plan.trajectory.controls = found;
-        } else {
+        let is_better = !given.is_nan() && given < free && self.is_near_limits(plan, scratch);
+        if is_better {
             self.penalties = self.first_penalties(plan, scratch);
+        } else {
+            plan.trajectory.controls = found;
         }
+        is_better
     }
 
     /// Whether any number along a trajectory is about at an end of its limits, or beyond.
     fn is_near_limits(&self, plan: &Plan, scratch: &mut Scratch) -> bool {
+        self.is_any(plan, scratch, |excess, bound| excess >= -NEAR * bound.abs())
+    }
+
+    /// Whether any excess along a trajectory is such, given the bound.
+    fn is_any(&self, plan: &Plan, scratch: &mut Scratch, such: impl Fn(f64, f64) -> bool) -> bool {
         let excesses = self.excesses(plan, scratch);
-        let about = |(excess, bound): (&f64, &f64)| *excess >= -NEAR * bound.abs();
-        (0..excesses.count()).any(|t| excesses.vector(t).iter().zip(&self.bounds).any(about))
+        (0..excesses.count())
+            .any(|t| excesses.vector(t).iter().zip(&self.bounds).any(|(&excess, &bound)| such(excess, bound)))
     }
 
     fn augmented<'b>(&'b self, multipliers: &'b Matrices) -> Augmented<'b> {
@@ -228,7 +267,7 @@ impl<'a> Rounds<'a> {
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
         let Self { problem, limits, .. } = self;
-        let kept = self.missed(plan, scratch) <= 1.0 / SHARE;
+        let kept = self.is_kept(plan, scratch);
         plan.nominal_cost = simulate_controls(problem.system, problem.phi, &mut plan.trajectory, scratch);
         (plan.iterations, plan.regularised) = (self.iterations, self.regularised);
         plan.passed_over = None;
