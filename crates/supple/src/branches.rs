@@ -204,7 +204,8 @@ pub(crate) struct BranchSearch<'a> {
     pub seed: u64,
     /// Attempts at most.
     pub attempts: usize,
-    /// Attempts that find nothing new end once they took as many iterations, such as those of the search that this one follows.
+    /// Attempts that find nothing new end once they took as many iterations, such as those of the search that this one
+    /// follows.
     pub effort: usize,
     /// Whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
@@ -241,7 +242,7 @@ pub(crate) fn search_branches(
         random.set_stream(attempt as u64 + 1);
         state.effort = 0;
         let approach = attempt % 2 == 1;
-        let found = attempt_branch((problem, task), &scaling, phi, (&mut random, approach), state);
+        let found = attempt_branch((problem, task), &scaling, phi, given.0, (&mut random, approach), state);
         (state.effort, found.ok().flatten())
     };
     let mut branches = Branches { count: 1, controls: given.0.clone(), cost: given.1 };
@@ -297,6 +298,7 @@ fn attempt_branch(
     (problem, task): (&Problem, &Task),
     scaling: &Scaling,
     phi: &[f64],
+    given: &Matrices,
     (random, approach): (&mut ChaCha8Rng, bool),
     state: &mut TaskState,
 ) -> Result<Option<(f64, Matrices)>, Error> {
@@ -304,8 +306,7 @@ fn attempt_branch(
     let source: Vec<f64> =
         scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / REACHES).clamp(0.0, 1.0)).collect();
     let source = scaling.unscaled(phi, &source);
-    let factor = math::exp(uniform(random) * 1.8);
-    let mut guess = task.guess(&source, factor);
+    let mut guess = disturbed_guess(task, (phi, given), &source, uniform(random));
     if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
         guess = controls;
     }
@@ -315,4 +316,20 @@ fn attempt_branch(
     continue_plan((problem, task), scaling, (&source, phi), (&controls, 1), state).map_err(Failed::error)?;
     let converged = state.plan.status.is_converged();
     Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
+}
+
+/// Controls to plan from at a design, by a number in [0, 1): multiples of the first guess of a task; where it has none,
+/// the controls that hold the first state, and multiples of what the plan at another design, which is given, deviates from
+/// them. Such controls may be positions, of which multiples would be far away.
+fn disturbed_guess(task: &Task, (phi, given): (&[f64], &Matrices), source: &[f64], number: f64) -> Matrices {
+    if !task.initial_control.is_empty() {
+        return task.guess(source, math::exp(number * 1.8));
+    }
+    let (held, mut guess) = (task.guess(phi, 1.0), task.guess(source, 1.0));
+    for t in 0..task.steps {
+        for (i, to) in guess.vector_mut(t).iter_mut().enumerate() {
+            *to += 2.0 * number * (given.vector(t)[i] - held.vector(t)[i]);
+        }
+    }
+    guess
 }
