@@ -210,8 +210,11 @@ fn within_limits<'a>(
         if tried.faults.is_empty() {
             tried = tried.complete();
         }
-        if let Some(finer) = tried.with_finer_steps() {
-            tried = tried.or_better(Some(Tried::of(finer, path)?.complete()));
+        let mut finer = tried.with_finer_steps();
+        while let Some(draft) = finer {
+            let found = Tried::of(draft, path)?.complete();
+            finer = found.with_finer_steps();
+            tried = found.or_better(Some(tried));
         }
         // Limits are hardly kept where no plan is found even in twice the time.
         let is_last = *from + 1 == CORRECTIONS.len() || *from > 0 && !tried.converged;

@@ -24,7 +24,8 @@ const LOADED: f64 = 0.8;
 pub const FEW: usize = 3;
 /// Factor on the distance of a target at which the limb still reaches: stretched, it would move no further.
 const SPARE: f64 = 1.1;
-/// Share of the reach by which a tool may be beside the place that somebody names: a line or a surface seldom leads through it.
+/// Share of the reach by which a tool may be beside the place that somebody names: a line or a surface seldom leads through
+/// it.
 const NEAR: f64 = 0.01;
 /// Square of the share of their motion that joints of such a limb have along a wall's normal at least.
 const FACING: f64 = 0.25;
@@ -278,8 +279,8 @@ impl Start {
         (place(by, along), by)
     }
 
-    /// Where the tool is once it has moved by `travel`, m: along the wall, or, where the limb has few joints, as the one that
-    /// moves it most turns or slides, away from the nearer of its limits.
+    /// Where the tool is once it has moved by `travel`, m: along the wall, or, where the limb has few joints, as the one
+    /// that moves it most turns or slides, away from the nearer of its limits.
     pub fn moved(&self, limb: &Limb, travel: f64) -> [f64; 3] {
         if self.q.len() >= FEW {
             return self.along_wall(limb, travel);

@@ -232,8 +232,8 @@ impl Rules {
         round(10.0 * self.travel / (self.time * lever)).min(four_digits(0.5 * limb.slowest(slides)))
     }
 
-    /// Acceleration that matters of these joints, m/s^2 or rad/s^2: to the speed that matters in a fifth of the time. Commands
-    /// that ask for more, which cost nothing by themselves, are those that real drives cannot follow.
+    /// Acceleration that matters of these joints, m/s^2 or rad/s^2: to the speed that matters in a fifth of the time.
+    /// Commands that ask for more, which cost nothing by themselves, are those that real drives cannot follow.
     pub fn joint_acceleration(&self, limb: &Limb, slides: bool) -> f64 {
         four_digits(self.joint_speed(limb, slides) / (SPEEDING_UP * self.time))
     }

@@ -8,10 +8,13 @@ use super::templates::Draft;
 use crate::failure::Failure;
 use crate::template::Template;
 
-/// Iterations of a plan at most: designs of templates take some tens from their first guess, and a search has to find them anew.
+/// Iterations of a plan at most: designs of templates take some tens from their first guess, and a search has to find them
+/// anew.
 const MOST_ITERATIONS: usize = 100;
 /// Roll-outs where the usual number is too few to tell.
 pub const MANY: usize = 1000;
+/// Sub-steps of a time step at most.
+const MOST_SUBSTEPS: usize = 16;
 /// Tolerances by which a plan may end beside its target.
 const BESIDE: f64 = 3.0;
 /// By which share of the cost a sensor that is of use lowers it.
@@ -145,10 +148,17 @@ impl<'a> Tried<'a> {
         self.converged && self.touches && !self.is_limited && !self.is_doubtful()
     }
 
-    /// The draft with sub-steps, where roll-outs find the steps too long.
+    /// The draft with twice as many sub-steps, where roll-outs find the steps too long: the advice is on the safe side, and
+    /// every sub-step takes time.
     pub fn with_finer_steps(&self) -> Option<Draft<'a>> {
-        let substeps = Some(self.trust.as_ref()?.substeps_advised?);
-        Some(Draft { substeps, limit: None, first: None, ..self.draft.clone() })
+        self.trust.as_ref()?.substeps_advised?;
+        let substeps = 2 * self.draft.substeps.unwrap_or(1);
+        (substeps <= MOST_SUBSTEPS).then(|| Draft {
+            substeps: Some(substeps),
+            limit: None,
+            first: None,
+            ..self.draft.clone()
+        })
     }
 
     /// Of two, the one with less wrong.
