@@ -1,5 +1,5 @@
-//! Task files: TOML in, a [`Problem`] out. Every error names the file, the line and the key, says what is valid, and suggests
-//! the nearest valid name.
+//! Task files: TOML in, a [`Problem`] out. Every error names the file, the line and the key, says what is valid, and
+//! suggests the nearest valid name.
 //!
 //! The crate stands on `supple`, which does not know that files exist, and reads the tables of a file into its values.
 //! `supple-study` builds on it: it keeps the texts that a result was computed from.

@@ -104,6 +104,28 @@ enum Per {
     Second,
 }
 
+/// The table that a key of a task or of its noise belongs to.
+fn table_of(key: &str) -> Option<&'static str> {
+    let has = |schema: schemars::Schema| schema.get("properties").is_some_and(|keys| keys.get(key).is_some());
+    let tables = [("[[tasks]]", schemars::schema_for!(TaskFile)), ("[tasks.noise]", schemars::schema_for!(NoiseFile))];
+    tables.into_iter().find_map(|(name, schema)| has(schema).then_some(name))
+}
+
+/// An error about a name in a table of numbers by name, which may be a key that counts to this table for the header above it
+/// where the task was meant.
+fn misplaced(error: FileError, index: usize, states: &[String]) -> FileError {
+    let here = format!("tasks[{index}].");
+    let found = error.key.strip_prefix(&here).and_then(|key| key.rsplit_once('.')).and_then(|(table, key)| {
+        let by_name = table == "initial_state" || table.starts_with("noise.");
+        let of = table_of(key).filter(|_| by_name && !states.iter().any(|state| state == key))?;
+        Some(format!("`{key}` is a key of {of}: write it there, above the headers of the tables in it"))
+    });
+    match found {
+        Some(message) => FileError { message, help: None, ..error },
+        None => error,
+    }
+}
+
 /// Time step of a robot from which it is probably in milliseconds, s.
 const SLOW: f64 = 1.0;
 
@@ -130,7 +152,8 @@ pub(super) fn read(
     };
     let mut tasks: Vec<Task> = Vec::with_capacity(count);
     for index in 0..count {
-        let task = Reader { document, index, parameters, kinds }.read(model)?;
+        let read = Reader { document, index, parameters, kinds }.read(model);
+        let task = read.map_err(|error| misplaced(error, index, &model.vocabulary().states))?;
         if tasks.iter().any(|other| other.name == task.name) {
             let at = ["tasks".into(), index.into(), "name".into()];
             return Err(document.error(&at, format!("`{}` names two tasks", task.name)));

@@ -122,6 +122,19 @@ fn tasks() {
             "task.toml:13:13: tasks[0].initial_state.\"q.elbow\": parameter `far` is not declared: add a table \
              [parameters.far]",
         ),
+        // A key below the header of a table, where one of the task was meant.
+        (
+            start("per = \"second\"\n"),
+            "task.toml:13:7: tasks[0].initial_state.per: `per` is a key of [[tasks]]: write it there, above the headers of the tables in it",
+        ),
+        (
+            start("bound = 5.0\n"),
+            "task.toml:13:9: tasks[0].initial_state.bound: `bound` is a key of [[tasks]]: write it there, above the headers of the tables in it",
+        ),
+        (
+            noise("initial = { \"*\" = 1e-3 }\n[tasks.noise.process]\n\"*\" = 1e-4\nmeasurement = [1e-3]\n"),
+            "task.toml:23:15: tasks[0].noise.process.measurement: `measurement` is a key of [tasks.noise]: write it there, above the headers of the tables in it",
+        ),
         (
             noise("initial = { \"q.arm*\" = 1e-3 }\nprocess = { \"*\" = 1e-4 }\n"),
             "task.toml:20:24: tasks[0].noise.initial.\"q.arm*\": no state fits `q.arm*`; states: `q.shoulder`, `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide`",
