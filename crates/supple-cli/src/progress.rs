@@ -96,8 +96,8 @@ impl Bar {
     }
 }
 
-/// Lines about long work in logs and pipes: none in its first ten seconds, then one for every stage and every ten seconds, and
-/// one a minute once it has lasted a minute.
+/// Lines about long work in logs and pipes: none in its first ten seconds, then one for every stage and every ten seconds,
+/// and one a minute once it has lasted a minute.
 struct Lines {
     state: Arc<Mutex<Stage>>,
     /// Dropped to end the thread.

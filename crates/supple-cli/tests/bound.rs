@@ -223,8 +223,8 @@ fn texts_say_what_is_so() {
     assert!(page.stdout.lines().chain(page.stderr.lines()).all(|line| line.len() < 250), "{page:?}");
 }
 
-/// A state that hardly couples to the cost needs 1e-9 bits or less, of which little is proved: that is said, and the exit code
-/// says it too.
+/// A state that hardly couples to the cost needs 1e-9 bits or less, of which little is proved: that is said, and the exit
+/// code says it too.
 #[test]
 fn a_minimum_far_above_what_is_proved_is_not_certified() {
     let weak = linear(

@@ -357,8 +357,8 @@ fn plans_keep_the_speeds_of_the_robot() {
     assert_eq!(found["tasks"][0]["limits_violated"], serde_json::json!([]), "{text}");
 }
 
-/// A finger that turns in a plane presses on a wall that no axis of the world is normal to: the cost of its position does not
-/// pull it off the wall.
+/// A finger that turns in a plane presses on a wall that no axis of the world is normal to: the cost of its position does
+/// not pull it off the wall.
 #[test]
 fn oblique_walls_are_pressed_without_a_conflict() {
     let folder = Folder::new();

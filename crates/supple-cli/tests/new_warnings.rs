@@ -253,7 +253,8 @@ fn contacts_that_start_deep_inside_are_told() {
     );
 }
 
-/// What the reader of a robot file warns of: every command that reads the task prints it, and so does the one that writes it.
+/// What the reader of a robot file warns of: every command that reads the task prints it, and so does the one that writes
+/// it.
 #[test]
 fn warnings_of_the_robot_file_are_printed() {
     let robot =

@@ -26,8 +26,8 @@ use crate::surroundings::{Alone, Surroundings};
 
 /// Pages that may be open at once.
 const MOST_PAGES: usize = 8;
-/// Connections that may be open at once, those of pages included. For one more, that which has waited longest without a request is
-/// closed, or else the new one.
+/// Connections that may be open at once, those of pages included. For one more, that which has waited longest without a
+/// request is closed, or else the new one.
 const MOST_CONNECTIONS: usize = 128;
 /// Whether a page is still there, and the file still the same, is seen as often as that.
 const PERIOD: Duration = Duration::from_millis(500);

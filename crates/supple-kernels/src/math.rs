@@ -1,5 +1,5 @@
-//! Elementary functions in plain Rust, so that a machine's C library, which chooses its code by the processor, has no part in
-//! results: within one instruction level, the same bits everywhere.
+//! Elementary functions in plain Rust, so that a machine's C library, which chooses its code by the processor, has no part
+//! in results: within one instruction level, the same bits everywhere.
 //!
 //! Sine and cosine are written over any [`Scalar`], and so run in lanes; the others are those of the crate `libm`.
 

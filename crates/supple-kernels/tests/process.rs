@@ -1,5 +1,5 @@
-//! What holds for a whole process: the level of its instructions, and the request that long work end. Other tests choose levels
-//! too, so these have a process of their own.
+//! What holds for a whole process: the level of its instructions, and the request that long work end. Other tests choose
+//! levels too, so these have a process of their own.
 #![allow(clippy::unwrap_used)]
 
 use supple_kernels::{Band, Job, Lanes, Level, dispatch, halt};

@@ -12,8 +12,8 @@ pub(crate) struct Carried {
 }
 
 impl Carried {
-    /// What the first of some matrices `[A B]` suggests of all; none where nothing does, or where it does not pay: with fewer
-    /// than `least` states.
+    /// What the first of some matrices `[A B]` suggests of all; none where nothing does, or where it does not pay: with
+    /// fewer than `least` states.
     pub fn suggested(dynamics: &Matrices, least: usize) -> Option<Self> {
         let n = dynamics.rows();
         if n < least.max(1) || !n.is_multiple_of(2) || dynamics.count() == 0 {

@@ -139,8 +139,8 @@ pub fn eigenvalues(a: &Dense) -> Option<Vec<Complex<f64>>> {
     Some(schur.complex_eigenvalues().iter().copied().collect())
 }
 
-/// A singular value decomposition `a = u diag(values) v'`: as many values as `a` has rows or columns, the greatest first, and
-/// a column of `u` and of `v` for each, which is 0 in one of them where the value is 0.
+/// A singular value decomposition `a = u diag(values) v'`: as many values as `a` has rows or columns, the greatest first,
+/// and a column of `u` and of `v` for each, which is 0 in one of them where the value is 0.
 pub struct Svd {
     pub u: Dense,
     pub values: Vec<f64>,

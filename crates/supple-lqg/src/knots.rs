@@ -55,8 +55,8 @@ impl Knots {
         }
     }
 
-    /// Knots of `x+ = A x + B u`, `y = C x` over `steps` steps, with the cost `1/2 (x' Q x + u' R u)` at each and `1/2 x' Q x` at
-    /// the end.
+    /// Knots of `x+ = A x + B u`, `y = C x` over `steps` steps, with the cost `1/2 (x' Q x + u' R u)` at each and `1/2 x' Q
+    /// x` at the end.
     ///
     /// # Errors
     /// Where the shapes do not fit.

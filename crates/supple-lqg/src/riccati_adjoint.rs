@@ -56,9 +56,9 @@ impl RiccatiAdjoint {
     }
 }
 
-/// The sweep through the Riccati recursion, forwards in time: adjoints by `[A B]` and the cost's second derivatives,
-/// the first added to `adjoints`, the second written over (theory, equations G.4 and G.9). With the adjoint `Sb` of S_t and `Xb = belief/2 Sigma_t` of Xi_t, as
-/// `S` is the least of `[I K'] Q [I; K]` over K, and `Xi = Q_xx - S`:
+/// The sweep through the Riccati recursion, forwards in time: adjoints by `[A B]` and the cost's second derivatives, the
+/// first added to `adjoints`, the second written over (theory, equations G.4 and G.9). With the adjoint `Sb` of S_t and `Xb
+/// = belief/2 Sigma_t` of Xi_t, as `S` is the least of `[I K'] Q [I; K]` over K, and `Xi = Q_xx - S`:
 ///
 /// ```text
 /// Qb = [I; K] (Sb - Xb) [I K'] + blkdiag(Xb, 0)      l_zz,b = Qb

@@ -44,7 +44,8 @@ fn problem(case: &Json) -> (Knots, Noise) {
 /// Nats below which nothing is told.
 const NOTHING: f64 = 1e-6;
 
-/// The largest error of the total, of the covariance in units of its deviations, and of the gradient beside its largest entry.
+/// The largest error of the total, of the covariance in units of its deviations, and of the gradient beside its largest
+/// entry.
 fn errors(case: &Json) -> [f64; 3] {
     let (knots, noise) = problem(case);
     let Dimensions { states: n, measurements: p, .. } = knots.dimensions;

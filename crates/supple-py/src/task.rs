@@ -87,8 +87,8 @@ impl NativeTask {
         Ok(Self { task: task.map_err(|error| errors::of_study(py, &error))?, failures: Failures::default() })
     }
 
-    /// A task that Python describes. Its `source`, a text, stands for the task file: results keep it, and journals know by it
-    /// what they belong to.
+    /// A task that Python describes. Its `source`, a text, stands for the task file: results keep it, and journals know by
+    /// it what they belong to.
     #[staticmethod]
     fn own(description: &Bound<'_, PyDict>) -> PyResult<Self> {
         let failures = Failures::default();
@@ -205,7 +205,8 @@ impl NativeTask {
         Ok(Self { task, failures: self.failures.clone() })
     }
 
-    /// Roll-outs of a task's plan on a plant, with measurements, costs and contacts of `truth`, and on its own model; a dict.
+    /// Roll-outs of a task's plan on a plant, with measurements, costs and contacts of `truth`, and on its own model; a
+    /// dict.
     fn roll_out_elsewhere(
         &self,
         py: Python<'_>,

@@ -21,8 +21,8 @@ const WAKE: Duration = Duration::from_millis(50);
 /// `progress` has the methods `begin(what, done, total)`, `advance(parts)` and `say(message)`.
 ///
 /// # Errors
-/// What a signal or `progress` raised, after the work has stopped; the first exception of the user's own functions; a defect of
-/// the library.
+/// What a signal or `progress` raised, after the work has stopped; the first exception of the user's own functions; a
+/// defect of the library.
 pub fn long<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

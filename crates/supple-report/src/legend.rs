@@ -27,8 +27,8 @@ fn entries<'a>(traces: &'a [Value], view: &[usize]) -> Vec<&'a str> {
     entries
 }
 
-/// Makes the entries of every view, given by the traces that it shows, at most [`MOST_ENTRIES`]: beyond them, all but the first
-/// ones become one entry in grey, which keep their names for those who point at them. How many there are of these.
+/// Makes the entries of every view, given by the traces that it shows, at most [`MOST_ENTRIES`]: beyond them, all but the
+/// first ones become one entry in grey, which keep their names for those who point at them. How many there are of these.
 pub fn group(traces: &mut [Value], views: &[Vec<usize>]) -> usize {
     let mut rest: Vec<String> = Vec::new();
     for view in views {

@@ -148,7 +148,8 @@ pub struct Key {
     pub positions: Vec<f64>,
     /// Velocity of every joint of [`Robot::joints`](crate::Robot::joints), rad/s or m/s; 0 for those that are fixed.
     pub velocities: Vec<f64>,
-    /// Control of every actuator of [`Robot::actuators`](crate::Robot::actuators), in the unit of the control; 0 where the file gives none.
+    /// Control of every actuator of [`Robot::actuators`](crate::Robot::actuators), in the unit of the control; 0 where the
+    /// file gives none.
     pub controls: Vec<f64>,
     /// Line in the file.
     pub line: usize,

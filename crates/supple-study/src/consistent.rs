@@ -1,5 +1,5 @@
-//! Lengths and places in a result that must agree. They are checked once, when a folder is read, so that pages, figures, reports
-//! and exports may take them for granted.
+//! Lengths and places in a result that must agree. They are checked once, when a folder is read, so that pages, figures,
+//! reports and exports may take them for granted.
 
 use supple::scene::{Scene, Track};
 use supple::simulate::Sample;

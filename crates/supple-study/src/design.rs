@@ -266,8 +266,8 @@ pub(crate) fn warnings_of(task: &Task, phi: &[f64], state: &TaskState) -> Vec<St
         .concat()
 }
 
-/// Evaluates both ends of a search, each on a thread of its own, and finds where the change between them comes from. Once the
-/// search is stopped, leaves out what takes long.
+/// Evaluates both ends of a search, each on a thread of its own, and finds where the change between them comes from. Once
+/// the search is stopped, leaves out what takes long.
 fn report(
     phi: &[f64],
     searcher: &Searcher,
@@ -359,8 +359,8 @@ impl Ends<'_> {
         }
     }
 
-    /// Both designs, evaluated with trajectories; in brief without roll-outs and without the least information, where that is not
-    /// minimised.
+    /// Both designs, evaluated with trajectories; in brief without roll-outs and without the least information, where that
+    /// is not minimised.
     fn evaluate(&self, brief: bool) -> Result<(Evaluation, Evaluation), supple::Error> {
         let Searcher { problem, settings, .. } = *self.searcher;
         let wanted = EvaluateOptions {

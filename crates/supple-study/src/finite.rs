@@ -8,9 +8,9 @@ use serde::ser::{
 };
 use serde::{Serialize, Serializer};
 
-/// Keys whose numbers may be infinite or no number where there is nothing to say: how far above its bound a task without one
-/// is, what the bounds of such tasks on a front are, what more of a bound would save where it has no limit, and what the spread
-/// and significance of a single roll-out are. Where roll-outs diverge, their mean is not finite either.
+/// Keys whose numbers may be infinite or no number where there is nothing to say: how far above its bound a task without
+/// one is, what the bounds of such tasks on a front are, what more of a bound would save where it has no limit, and what
+/// the spread and significance of a single roll-out are. Where roll-outs diverge, their mean is not finite either.
 const MAY_BE_OPEN: [&str; 11] = [
     "violation",
     "cost_standard_error",

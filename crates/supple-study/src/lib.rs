@@ -1,9 +1,9 @@
 //! Studies of compliant robots: designs, grids, Pareto fronts and comparisons over noise levels, computed in parallel,
-//! stopped and resumed, stored in folders and read back. A [`Study`](study::Study) is a value that serialises: what to do, to
-//! which task, with which options.
+//! stopped and resumed, stored in folders and read back. A [`Study`](study::Study) is a value that serialises: what to do,
+//! to which task, with which options.
 //!
-//! The crate stands on `supple` and `supple-file`. The program, the Python package and the explorer build studies and nothing
-//! else; `supple-figures` and `supple-report` show stored results and compute nothing.
+//! The crate stands on `supple` and `supple-file`. The program, the Python package and the explorer build studies and
+//! nothing else; `supple-figures` and `supple-report` show stored results and compute nothing.
 //!
 //! | what | main items |
 //! |---|---|

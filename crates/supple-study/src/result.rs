@@ -115,8 +115,8 @@ impl StudyResult {
         }
     }
 
-    /// Whether it is less than what was asked for: stopped, not converged, above a limit, or with warnings. Numbers that are not
-    /// finite are for [`not_finite`](Self::not_finite) to find.
+    /// Whether it is less than what was asked for: stopped, not converged, above a limit, or with warnings. Numbers that
+    /// are not finite are for [`not_finite`](Self::not_finite) to find.
     pub fn falls_short(&self) -> bool {
         let as_asked = match self {
             Self::Design(result) => {

@@ -57,8 +57,8 @@ impl Cell {
     }
 }
 
-/// A text that spreadsheets take for text and terminals for no command: an apostrophe before what would be computed, and no control
-/// characters.
+/// A text that spreadsheets take for text and terminals for no command: an apostrophe before what would be computed, and no
+/// control characters.
 fn no_formula(text: &str) -> String {
     let text = plain(text);
     if text.starts_with(['=', '+', '-', '@', '\t']) { format!("'{text}") } else { text.into_owned() }

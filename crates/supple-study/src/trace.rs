@@ -89,9 +89,9 @@ impl TraceRun {
 /// searches that ended, and the same study resumes from it.
 ///
 /// # Errors
-/// Where there is nothing to design, a method or gradient is named twice, or not even one start can be evaluated; where it is
-/// told to stop before any search has visited a design; where the journal cannot be written, is damaged, or belongs to another
-/// study.
+/// Where there is nothing to design, a method or gradient is named twice, or not even one start can be evaluated; where it
+/// is told to stop before any search has visited a design; where the journal cannot be written, is damaged, or belongs to
+/// another study.
 pub fn run(
     task: &LoadedTask,
     options: &TraceOptions,

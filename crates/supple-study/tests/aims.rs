@@ -59,9 +59,9 @@ fn assert_shown(rows: &[String]) {
     assert!(page.contains(&rows.join("\n")), "docs/paper.md lacks\n{}", rows.join("\n"));
 }
 
-/// The four parts add up to the change between the two designs as they were evaluated. The fourth one is how far the plan of
-/// the optimum, led back to the start in so many steps, ends from the plan of the start, but for a share of the change: the two
-/// masses have minima so near each other that other steps may end at another of them.
+/// The four parts add up to the change between the two designs as they were evaluated. The fourth one is how far the plan
+/// of the optimum, led back to the start in so many steps, ends from the plan of the start, but for a share of the change:
+/// the two masses have minima so near each other that other steps may end at another of them.
 fn assert_split(task: &LoadedTask, report: &DesignReport, (steps, share): (usize, f64)) {
     let problem = &task.problem;
     assert_eq!(report.split.len(), problem.tasks.len());
@@ -224,8 +224,8 @@ fn what_saves_the_bits_of_the_two_masses_is_as_said() {
     assert!(page().contains(&said), "docs/paper.md lacks {said}");
 }
 
-/// All of ten starts find one optimum, for seeds whose branch searches miss the best plan at up to three of them, and no point
-/// of a grid of 20 x 20 that keeps the bound is below it.
+/// All of ten starts find one optimum, for seeds whose branch searches miss the best plan at up to three of them, and no
+/// point of a grid of 20 x 20 that keeps the bound is below it.
 #[test]
 fn the_least_needed_is_one_and_below_a_grid() {
     let task = task("two_mass_unsure.toml");

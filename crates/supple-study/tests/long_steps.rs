@@ -10,8 +10,8 @@ fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
 }
 
-/// Cost and bits of opening the door with all stiffnesses at `stiffness`, N/m, and the time step times `factor`; what the file
-/// gives by step stays the same by time.
+/// Cost and bits of opening the door with all stiffnesses at `stiffness`, N/m, and the time step times `factor`; what the
+/// file gives by step stays the same by time.
 fn opened((integrator, substeps): (&str, usize), factor: f64, stiffness: f64) -> [f64; 2] {
     let mut sources = LoadedTask::load(&repository("tasks/iiwa_door.toml"), &[]).unwrap().sources;
     let mut change = |from: &str, to: String| {

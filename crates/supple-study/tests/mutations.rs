@@ -1,5 +1,5 @@
-//! Shipped task, robot and table files and a result, each changed at random in thousands of ways: all are read or refused with
-//! an error, soon, and none makes a reader panic. The same inputs on every machine.
+//! Shipped task, robot and table files and a result, each changed at random in thousands of ways: all are read or refused
+//! with an error, soon, and none makes a reader panic. The same inputs on every machine.
 #![allow(clippy::unwrap_used)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

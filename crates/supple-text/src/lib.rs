@@ -48,8 +48,8 @@ pub use units::{printed_unit, raised};
 /// Bytes that a file has at most: what is larger is no task and no robot.
 const LARGEST: u64 = 64 << 20;
 
-/// Text without what a terminal or a reader would take for commands: titles, names and messages may come from files of others.
-/// Control characters but for line breaks and tabs, and those that change the direction of text, become `\u{fffd}`.
+/// Text without what a terminal or a reader would take for commands: titles, names and messages may come from files of
+/// others. Control characters but for line breaks and tabs, and those that change the direction of text, become `\u{fffd}`.
 #[must_use]
 pub fn plain(text: &str) -> Cow<'_, str> {
     let is_command = |c: char| {
@@ -217,7 +217,8 @@ pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
 
 /// Names in back quotes, separated by commas; the first forty where there are more, and never all but one.
 ///
-/// All kinds of sensors, costs and compliance are named: who does not find a kind in the list should not have to search for it.
+/// All kinds of sensors, costs and compliance are named: who does not find a kind in the list should not have to search for
+/// it.
 pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
     let most = most(names.len(), 40);
     let shown: Vec<_> = names.iter().take(most).map(|name| format!("`{}`", name.as_ref())).collect();

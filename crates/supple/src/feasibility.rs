@@ -15,8 +15,8 @@ pub fn violation(value: f64, bound: f64) -> f64 {
     if violation.is_nan() { f64::INFINITY } else { violation }
 }
 
-/// Whether a number is at most its bound, but for a share `feasibility` of it. A number that is not finite meets no bound, not
-/// even where there is none.
+/// Whether a number is at most its bound, but for a share `feasibility` of it. A number that is not finite meets no bound,
+/// not even where there is none.
 #[must_use]
 pub fn meets(value: f64, bound: Option<f64>, feasibility: f64) -> bool {
     value.is_finite() && bound.is_none_or(|bound| violation(value, bound) <= feasibility)

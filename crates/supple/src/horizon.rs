@@ -10,8 +10,8 @@ use crate::Error;
 use crate::plan::{Plan, PlanMode, VALID_STATIONARITY};
 use crate::problem::Task;
 
-/// The horizon of a plan's linearisation. A risk-sensitive plan gives its trajectory only: the prices are those of the law of
-/// least expected cost along it.
+/// The horizon of a plan's linearisation. A risk-sensitive plan gives its trajectory only: the prices are those of the law
+/// of least expected cost along it.
 ///
 /// # Errors
 /// Where there is no such law.
@@ -100,8 +100,8 @@ pub(crate) fn proved_horizon(task: &Task, phi: &[f64], plan: &Plan, noise: &Nois
 }
 
 /// How far the cost of a plan may be from that of its controls, and, where it has converged, from that of the best controls
-/// about it: the rounding of each cost and of the sum, that of each step of the trajectory at the price of its state, and what
-/// the next step of the search would save.
+/// about it: the rounding of each cost and of the sum, that of each step of the trajectory at the price of its state, and
+/// what the next step of the search would save.
 fn nominal_rounding(task: &Task, phi: &[f64], plan: &Plan) -> f64 {
     let knots = &plan.knots;
     let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());

@@ -100,8 +100,8 @@ fn roll_outs_that_diverge_are_no_success() {
     assert!(sweep.stdout.contains("roll-outs diverged"), "{}", sweep.stdout);
 }
 
-/// A plan that rests away from a wall of which nobody knows where it is, and which is far too stiff for the time step: roll-outs
-/// that meet it are thrown out of the range of numbers.
+/// A plan that rests away from a wall of which nobody knows where it is, and which is far too stiff for the time step:
+/// roll-outs that meet it are thrown out of the range of numbers.
 fn diverging() -> (Folder, [&'static str; 2]) {
     let text = r#"
 [model]

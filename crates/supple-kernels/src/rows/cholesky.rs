@@ -9,11 +9,11 @@ use crate::{Job, LANES, Lanes, dispatch, halt, math, padded};
 /// Factorisations of larger orders end once a stop is requested.
 const LARGE: usize = 1000;
 
-/// Factors a symmetric positive definite matrix in place: `a = U' U`, `U` upper triangular. The lower triangle is read, and `U`
-/// takes the place of the upper one; numbers below the diagonal of its blocks of eight by eight are lost.
+/// Factors a symmetric positive definite matrix in place: `a = U' U`, `U` upper triangular. The lower triangle is read, and
+/// `U` takes the place of the upper one; numbers below the diagonal of its blocks of eight by eight are lost.
 ///
-/// Of rows wider than the matrix `width` numbers count: those right of the padded matrix become `U'^-1` times what they were.
-/// Receives the reciprocals of the diagonal of `U`.
+/// Of rows wider than the matrix `width` numbers count: those right of the padded matrix become `U'^-1` times what they
+/// were. Receives the reciprocals of the diagonal of `U`.
 ///
 /// # Errors
 /// `Err(i)` where the leading minor of order `i + 1` is not positive.

@@ -4,8 +4,8 @@
 //! rows, so padding stays zero.
 //!
 //! Each kernel takes two types: the lanes, and how long rows are. For [`Short`] rows kernels are copied into their callers;
-//! for [`Long`] ones they are functions that are compiled once for each set of lanes, which costs a call. For [`Medium`] rows,
-//! where a call is a large part of a product, products are copied and factors and solves are called.
+//! for [`Long`] ones they are functions that are compiled once for each set of lanes, which costs a call. For [`Medium`]
+//! rows, where a call is a large part of a product, products are copied and factors and solves are called.
 
 mod blocks;
 mod cholesky;

@@ -15,7 +15,8 @@ use crate::knots::Knots;
 use crate::shape::Shape;
 
 /// Takes the measurements of one step into the covariances of all samples, each with its own `C`: from `predicted` to
-/// `corrected`, with `V` of all samples or of each; `knots` has one for each sample of the belief. Where `picks` says which state each measurement is, `C` is not read.
+/// `corrected`, with `V` of all samples or of each; `knots` has one for each sample of the belief. Where `picks` says which
+/// state each measurement is, `C` is not read.
 ///
 /// # Errors
 /// Where an innovation covariance is not positive definite; the step is the number of the sample.

@@ -34,14 +34,15 @@ impl<R: Rows> Job for CorrectEach<'_, R> {
     }
 }
 
-/// From `P_t` to `Sigma_t` (theory, equation B.2b): for each measurement of state `s` with variance `v`, with `g` the row `s` of `P`,
+/// From `P_t` to `Sigma_t` (theory, equation B.2b): for each measurement of state `s` with variance `v`, with `g` the row
+/// `s` of `P`,
 ///
 /// ```text
 /// S = g_s + v      P <- P - g g' / S, of which row and column s are g v / S to the last digit
 /// ```
 ///
-/// Keeps `g` and `S` for the way back. Of a group of measurements all `g` are found first, each as those before leave it, and
-/// `P`, of which only the lower triangle is kept, is changed once. `Err(i)` where the `i`th innovation variance is not
+/// Keeps `g` and `S` for the way back. Of a group of measurements all `g` are found first, each as those before leave it,
+/// and `P`, of which only the lower triangle is kept, is changed once. `Err(i)` where the `i`th innovation variance is not
 /// positive.
 #[inline(always)]
 fn correct<L: Lanes, R: Rows>(

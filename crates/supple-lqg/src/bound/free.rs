@@ -1,5 +1,5 @@
-//! States that cost nothing, now or later, but for the rounding of the numbers given: as where masses and springs float freely,
-//! and were discretised in time.
+//! States that cost nothing, now or later, but for the rounding of the numbers given: as where masses and springs float
+//! freely, and were discretised in time.
 
 use super::units::scales;
 use super::verify::{Matrix, Quotient};

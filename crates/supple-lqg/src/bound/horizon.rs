@@ -37,8 +37,8 @@ pub struct Stationary {
     pub base_cost: f64,
     /// States that never cost anything, by columns, n x k, as far as they are known: those that grow need no information.
     pub unpriced: Matrices,
-    /// `R`, r x n, where the numbers are those of a system whose states cost something in `R x` alone, but for rounding; no rows
-    /// where no state is left out for rounding. The bounds are then those of that system.
+    /// `R`, r x n, where the numbers are those of a system whose states cost something in `R x` alone, but for rounding; no
+    /// rows where no state is left out for rounding. The bounds are then those of that system.
     pub costly: Matrices,
 }
 

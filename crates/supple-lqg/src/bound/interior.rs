@@ -142,8 +142,8 @@ fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
     (squares / count.max(1) as f64).sqrt()
 }
 
-/// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none, and once a stop is
-/// requested.
+/// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none, and once a stop
+/// is requested.
 fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newton, barrier: f64) -> Option<Step> {
     let scaling = |(at, multiplier): (&Local, &Dense)| match halt::is_requested() {
         true => None,

@@ -36,7 +36,8 @@ pub(super) struct Local {
 }
 
 impl Place {
-    /// In coordinates where `p_t` is the identity; `None` where the place is not strictly inside, and once a stop is requested.
+    /// In coordinates where `p_t` is the identity; `None` where the place is not strictly inside, and once a stop is
+    /// requested.
     pub fn localise(&self, chain: &Chain) -> Option<Vec<Local>> {
         let mut out: Vec<Local> = Vec::with_capacity(chain.stages.len());
         let first = &self.factors[0];

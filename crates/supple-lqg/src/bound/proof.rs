@@ -110,8 +110,8 @@ impl Lower {
         Self::of_any(&Given { stages, initial: Some(of(&horizon.initial, 0)), budget }, attempt)
     }
 
-    /// The same beside what sensors achieve at the cost asked for: less than what is proved cannot be, and then one of the two
-    /// is wrong.
+    /// The same beside what sensors achieve at the cost asked for: less than what is proved cannot be, and then one of the
+    /// two is wrong.
     pub fn beside(self, achieved: Option<&Achieved>) -> Self {
         match achieved {
             Some(achieved) if achieved.nats < self.nats * (1.0 - CONSISTENT) - CONSISTENT => {

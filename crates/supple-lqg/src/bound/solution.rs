@@ -14,7 +14,8 @@ use crate::dense::{Dense, dense, store};
 pub struct MinimumInformation {
     /// Nats over the whole horizon that `posterior` needs: the minimum is at most this.
     pub nats: f64,
-    /// Nats over the whole horizon below which no sensors and no controller keep the cost: from a feasible point of the dual.
+    /// Nats over the whole horizon below which no sensors and no controller keep the cost: from a feasible point of the
+    /// dual.
     pub lower_nats: f64,
     /// The expected cost that `posterior` gives.
     pub cost: f64,

@@ -7,8 +7,8 @@ use super::settings::BoundSettings;
 use crate::dense::{Dense, cholesky, congruence, inverse_lower, solve_lower, symmetric};
 use supple_kernels::{halt, math};
 
-/// Complementarities at the start, nats: the first, and those that are tried where the search from it ends without a bound, as
-/// where the minimum is far below.
+/// Complementarities at the start, nats: the first, and those that are tried where the search from it ends without a bound,
+/// as where the minimum is far below.
 pub(super) const COMPLEMENTARITIES: [f64; 4] = [0.3, 3e-3, 3e-5, 3e-8];
 
 /// Logarithms of variances that are tried, and how far these are apart.

@@ -39,8 +39,8 @@ const PRECISION_STEPS: usize = 20;
 const LEAST_PRECISION: f64 = 1e-9;
 const SPARE: f64 = 1e-3;
 
-/// Shares of the budget at which the search is repeated where the minimum is not certain from that at the budget itself: what
-/// less cost takes is enough for more.
+/// Shares of the budget at which the search is repeated where the minimum is not certain from that at the budget itself:
+/// what less cost takes is enough for more.
 const SHARES: [f64; 6] = [0.5, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
 
 /// By how much more the cost is at the next search that follows one.

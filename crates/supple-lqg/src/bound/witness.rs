@@ -65,7 +65,8 @@ impl Witness {
             let change = &changes[t];
             let slack = solve_lower(change, found.local[t].slack.clone());
             let slack = symmetric(solve_lower(change, slack.transpose()));
-            // In the directions of the slack the multiplier is nearly diagonal: its small entries are not rounding of the large.
+            // In the directions of the slack the multiplier is nearly diagonal: its small entries are not rounding of the
+            // large.
             let turned =
                 eigen(slack.clone()).map_or_else(|| Dense::identity(slack.nrows(), slack.nrows()), |e| e.eigenvectors);
             (change * &turned, congruence(&turned.transpose(), &slack))

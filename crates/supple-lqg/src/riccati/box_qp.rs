@@ -52,8 +52,8 @@ impl BoxQp {
         }
     }
 
-    /// Which controls are held at step `t`, and `k`, which solves the quadratic program, from the lower triangle of `Q_uu` and `Q_u` (theory, equation
-    /// P.7).
+    /// Which controls are held at step `t`, and `k`, which solves the quadratic program, from the lower triangle of `Q_uu`
+    /// and `Q_u` (theory, equation P.7).
     ///
     /// # Errors
     /// Where `H` is not positive definite on the free controls.
@@ -81,8 +81,9 @@ impl BoxQp {
         }
     }
 
-    /// Of rows `[Q_uu | Q_ux | Q_u]` leaves `[U | Q_fx | Q_f + H_fc k_c]`, those of the controls that are free, moved up, with `H_ff = U'U`
-    /// and the reciprocals of its diagonal; how many they are. `Q_ux`, of n columns, begins at column `first`.
+    /// Of rows `[Q_uu | Q_ux | Q_u]` leaves `[U | Q_fx | Q_f + H_fc k_c]`, those of the controls that are free, moved up,
+    /// with `H_ff = U'U` and the reciprocals of its diagonal; how many they are. `Q_ux`, of n columns, begins at column
+    /// `first`.
     pub fn keep_free(&self, rows: ViewMut, (first, n): (usize, usize), reciprocals: &mut [f64]) -> usize {
         let (m, ViewMut { numbers, stride }) = (self.linear.len(), rows);
         let (factor, width) = (self.factor.at(0), self.factor.stride());
@@ -99,8 +100,8 @@ impl BoxQp {
         free
     }
 
-    /// `K_f = -X` and `k_f = -x`, within the box, from rows `[X | x]` of the free controls; held ones have zero rows in `K`, and
-    /// their `k`.
+    /// `K_f = -X` and `k_f = -x`, within the box, from rows `[X | x]` of the free controls; held ones have zero rows in
+    /// `K`, and their `k`.
     pub fn give(&self, rows: View, n: usize, feedback: ViewMut, feedforward: &mut [f64]) {
         let ViewMut { numbers: feedback, stride: narrow } = feedback;
         feedforward.copy_from_slice(&self.k);

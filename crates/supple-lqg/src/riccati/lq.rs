@@ -17,8 +17,8 @@ pub struct Lq<'a> {
     pub with_value: bool,
 }
 
-/// Levenberg-Marquardt terms in the gains (theory, equation P.2d): each entry of the diagonal of `Q_uu` and of `S_{t+1}` grows
-/// by a share of its size.
+/// Levenberg-Marquardt terms in the gains (theory, equation P.2d): each entry of the diagonal of `Q_uu` and of `S_{t+1}`
+/// grows by a share of its size.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Regularisation {
     /// `mu_u`, the share of the diagonal of `Q_uu`.

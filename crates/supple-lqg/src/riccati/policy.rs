@@ -30,8 +30,8 @@ pub struct Policy {
     /// Reciprocals of the diagonal of the factor of `Q_uu`.
     pub(super) reciprocals: Matrices,
     pub(super) products: Products,
-    /// `U`, m x m, of `Q_uu = U' U`, N of them, where they are kept: of the last sweep without limits or regularisation. What
-    /// is below the diagonal does not count.
+    /// `U`, m x m, of `Q_uu = U' U`, N of them, where they are kept: of the last sweep without limits or regularisation.
+    /// What is below the diagonal does not count.
     pub(super) roots: Option<Matrices>,
 }
 

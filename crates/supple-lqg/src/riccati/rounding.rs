@@ -9,9 +9,9 @@ use crate::noise::Noise;
 
 /// About how far the least expected cost of a sweep may be off by the rounding of its steps, in the units of the cost.
 ///
-/// Each step is off by rounding of the terms that it sums, and carries on what the steps after it were off: `A + B K` on both
-/// sides. That grows where the optimal law leaves motions that cost nothing to grow, as for controls without a price that
-/// act against the motion at first.
+/// Each step is off by rounding of the terms that it sums, and carries on what the steps after it were off: `A + B K` on
+/// both sides. That grows where the optimal law leaves motions that cost nothing to grow, as for controls without a price
+/// that act against the motion at first.
 #[must_use]
 pub fn least_cost_rounding(knots: &Knots, policy: &Policy, noise: &Noise) -> f64 {
     let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());

@@ -17,11 +17,11 @@ const SHALLOW: usize = 9;
 
 /// The accelerations `a` of the degrees of freedom, rad/s^2 or m/s^2, that solve `M a + h = tau + sum J' wrench`.
 ///
-/// `tau` are all forces in the joints, N m or N: those of drives plus [`passive_forces`](crate::passive_forces).
-/// `external` is as in [`inverse_dynamics`]. Where joints follow others, or no more than nine bodies are carried by one
-/// another, this is [`solve`](solve()) with the mass matrix, and else [`articulated_bodies`]: both give the same, and this is
-/// what takes fewer operations. Where the mass matrix is singular, which [`check_inertia`](crate::check_inertia) tells,
-/// accelerations are not finite.
+/// `tau` are all forces in the joints, N m or N: those of drives plus [`passive_forces`](crate::passive_forces). `external`
+/// is as in [`inverse_dynamics`]. Where joints follow others, or no more than nine bodies are carried by one another, this
+/// is [`solve`](solve()) with the mass matrix, and else [`articulated_bodies`]: both give the same, and this is what takes
+/// fewer operations. Where the mass matrix is singular, which [`check_inertia`](crate::check_inertia) tells, accelerations
+/// are not finite.
 ///
 /// # Panics
 /// Where `tau` has not one entry by degree of freedom, or `kinematics` are those of another tree.

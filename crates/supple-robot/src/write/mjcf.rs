@@ -12,8 +12,8 @@ pub struct Written {
     pub warnings: Vec<String>,
 }
 
-/// A robot as MJCF, the format of MuJoCo: bodies with inertias, joints with limits, losses and springs, frames as sites, joints
-/// that follow others, actuators, sensors, keyframes and walls. Read again it has the same dynamics.
+/// A robot as MJCF, the format of MuJoCo: bodies with inertias, joints with limits, losses and springs, frames as sites,
+/// joints that follow others, actuators, sensors, keyframes and walls. Read again it has the same dynamics.
 ///
 /// A link without inertia and frames between two joints becomes a body with both joints, as MuJoCo refuses bodies without
 /// inertia. Other inertias that MuJoCo refuses are written as the nearest that it accepts, with a comment and a warning.

@@ -160,8 +160,8 @@ fn mend(front: &Front, points: &mut [Point]) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// The point at an end of the front, also once the study is stopped: all that was to end has ended, and what was found is still
-/// to be shown.
+/// The point at an end of the front, also once the study is stopped: all that was to end has ended, and what was found is
+/// still to be shown.
 fn end(
     front: &Front,
     factor: f64,

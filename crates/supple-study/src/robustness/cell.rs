@@ -25,8 +25,8 @@ const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 /// What cells say that were not computed when the study was stopped.
 const STOPPED: &str = "stopped before it was computed";
 
-/// Rolls out every design in every task, planning and level, in this order of nesting; and how many of them were computed before
-/// it was told to stop.
+/// Rolls out every design in every task, planning and level, in this order of nesting; and how many of them were computed
+/// before it was told to stop.
 ///
 /// # Errors
 /// Where the journal cannot be written, or what it holds cannot be read.

@@ -1,7 +1,7 @@
 //! Studies as values: what to do, to which task, with which options.
 //!
-//! The program, study files and Python make [`Study`] values, and nothing but [`Work::run`] does what they say. A result keeps
-//! the value that it was made from.
+//! The program, study files and Python make [`Study`] values, and nothing but [`Work::run`] does what they say. A result
+//! keeps the value that it was made from.
 
 mod file;
 mod words;
@@ -102,12 +102,12 @@ impl Work {
         }
     }
 
-    /// Does the work. Where a folder is given, a journal in it keeps the finished parts of long work, and the same work resumes
-    /// from it; the result itself is for `Folder::conclude` to keep.
+    /// Does the work. Where a folder is given, a journal in it keeps the finished parts of long work, and the same work
+    /// resumes from it; the result itself is for `Folder::conclude` to keep.
     ///
     /// # Errors
-    /// Where an option is wrong or does not fit the task, nothing can be computed, the journal is of another study or cannot be
-    /// written, or the work was stopped before there was a result.
+    /// Where an option is wrong or does not fit the task, nothing can be computed, the journal is of another study or
+    /// cannot be written, or the work was stopped before there was a result.
     pub fn run(&self, task: &LoadedTask, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
         self.make(task, folder, watch).map_err(|error| task.blame(error))
     }

@@ -85,8 +85,8 @@ fn the_documentation_has_the_right_numbers() {
     }
 }
 
-/// The plan is that of the result to the last bit, though it is not planned again; so are the parameters, where these are not
-/// those of the file.
+/// The plan is that of the result to the last bit, though it is not planned again; so are the parameters, where these are
+/// not those of the file.
 #[test]
 fn the_plan_is_the_one_of_the_result() {
     let mut task = shipped("two_mass.toml");

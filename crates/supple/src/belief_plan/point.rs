@@ -101,7 +101,8 @@ impl Point {
 }
 
 /// The first step at which noise would lower the cost, as costs of negative curvature make it seem: `Tr(S_{t+1} W_t) < 0`
-/// or `Tr(S_0 X_0) < 0`. There the expected cost is of no use to minimise: as `Q_uu` becomes singular it falls without bound.
+/// or `Tr(S_0 X_0) < 0`. There the expected cost is of no use to minimise: as `Q_uu` becomes singular it falls without
+/// bound.
 fn gains_by_noise(plan: &Plan, noise: &Noise) -> Option<usize> {
     let price = |s: usize, covariance: &Matrices, t: usize| rows::dot(plan.policy.curvature.at(s), covariance.at(t));
     let process = (0..plan.trajectory.steps()).find(|&t| price(t + 1, &noise.process, t) < 0.0);

@@ -134,8 +134,8 @@ impl Bounding {
         })
     }
 
-    /// What the design's own filter and controller use and measure, checked against a proved lower bound, nats, where the bound
-    /// is at its own cost.
+    /// What the design's own filter and controller use and measure, checked against a proved lower bound, nats, where the
+    /// bound is at its own cost.
     fn own_information(&self, lower_nats: f64, at_own: bool) -> OwnInformation {
         let steps = self.steps();
         let bits = |nats: f64| nats / LN_2 / steps as f64;

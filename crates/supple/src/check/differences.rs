@@ -61,15 +61,15 @@ const SAFETY: f64 = 4.0;
 /// hide.
 const PLACES: [f64; 9] = [0.0, 0.0831, 0.2173, 0.3412, 0.4591, 0.6037, 0.7369, 0.8713, 1.0];
 
-/// The span over which noise is measured, relative to the longest step: so short that a smooth function is a polynomial of third
-/// degree there.
+/// The span over which noise is measured, relative to the longest step: so short that a smooth function is a polynomial of
+/// third degree there.
 const SPAN: f64 = 2e-5;
 
 /// Coefficients of that polynomial.
 const DEGREES: usize = 4;
 
-/// The noise of each value of a function of one number: the standard deviation from the nearest polynomial of third degree over
-/// a short span.
+/// The noise of each value of a function of one number: the standard deviation from the nearest polynomial of third degree
+/// over a short span.
 pub(super) fn noise(step: f64, at: &mut impl FnMut(f64) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
     let values: Vec<Vec<f64>> = PLACES.into_iter().map(|place| at(SPAN * step * place)).collect::<Option<_>>()?;
     let basis = polynomials();
@@ -259,8 +259,8 @@ mod tests {
         assert!((1e-10..1e-8).contains(&measured[0]) && measured[1] < 1e-15, "{measured:?}");
     }
 
-    /// The function is a difference of numbers that are a million times as large, so that its rounding is not that of its value,
-    /// and short steps give the same wrong quotient over and over.
+    /// The function is a difference of numbers that are a million times as large, so that its rounding is not that of its
+    /// value, and short steps give the same wrong quotient over and over.
     #[test]
     fn rounding_that_is_larger_than_it_looks_is_seen() {
         let cancelling = |z: f64| 250.0 * ((z * z + 1e-4).sqrt() + z);

@@ -23,9 +23,9 @@ struct Resumed {
 }
 
 impl Searcher<'_> {
-    /// Continues the plans at the end of every start to the ends of the others near it. Where one is cheaper there, the search
-    /// resumes from it, and the better of both ends is kept; repeated until no plan is cheaper. The result does not depend on
-    /// the number of threads.
+    /// Continues the plans at the end of every start to the ends of the others near it. Where one is cheaper there, the
+    /// search resumes from it, and the better of both ends is kept; repeated until no plan is cheaper. The result does not
+    /// depend on the number of threads.
     pub(super) fn exchange_plans(&self, starts: &mut [StartSummary]) {
         let Self { settings, control, .. } = *self;
         let keeps_last = self.optimiser.map_or_else(|| own_optimiser(settings).keeps_last(), |own| own.keeps_last());

@@ -10,8 +10,8 @@ pub(crate) const OPTIMAL: f64 = 1e-4;
 /// First-order optimality of a visited design, and the multipliers of the tasks' bounds and, last, of the budget.
 ///
 /// Of least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradients of
-/// information and weighted price. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the tasks where it
-/// is greatest, relative to `J_i / D_i`; there are no multipliers of bounds.
+/// information and weighted price. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the
+/// tasks where it is greatest, relative to `J_i / D_i`; there are no multipliers of bounds.
 pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let Visitor { problem, settings, aim, scaling, .. } = visitor;
     let near = 100.0 * settings.feasibility;

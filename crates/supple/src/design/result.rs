@@ -37,15 +37,16 @@ impl Design {
 pub enum CatalogueMethod {
     /// All combinations of entries were designed, and the best was taken.
     AllCombinations,
-    /// The design without catalogues was rounded, and exchanged for better combinations of neighbouring entries for as long as
-    /// there were any.
+    /// The design without catalogues was rounded, and exchanged for better combinations of neighbouring entries for as long
+    /// as there were any.
     Neighbourhood,
 }
 
 /// One entry of each catalogue, and the design with these values.
 #[derive(Clone, Debug)]
 pub struct Combination {
-    /// Places of the entries in the catalogues, in the order of [`catalogued`](supple_model::parameters::Parameters::catalogued).
+    /// Places of the entries in the catalogues, in the order of
+    /// [`catalogued`](supple_model::parameters::Parameters::catalogued).
     pub entries: Vec<usize>,
     /// The design: the other parameters optimised, on the cheapest branches seen.
     pub summary: StartSummary,
@@ -58,8 +59,8 @@ pub struct CatalogueDesign {
     pub method: CatalogueMethod,
     /// How many combinations there are; the greatest number that there is where there are more.
     pub combinations: u64,
-    /// Whether the choice was made to its end: all combinations designed, or no neighbour better. It is not where it was stopped, or
-    /// took more combinations than are allowed.
+    /// Whether the choice was made to its end: all combinations designed, or no neighbour better. It is not where it was
+    /// stopped, or took more combinations than are allowed.
     pub complete: bool,
     /// The combinations that were designed, the best first. At least one.
     pub designed: Vec<Combination>,

@@ -55,8 +55,8 @@ impl<'a> Searcher<'a> {
         Self { optimiser: Some(optimiser), ..self }
     }
 
-    /// How good an end of a search is: first whether it is of no use, then how few kinds of information it has left behind, of
-    /// which it needs none, then what is minimised. The lesser is the better.
+    /// How good an end of a search is: first whether it is of no use, then how few kinds of information it has left behind,
+    /// of which it needs none, then what is minimised. The lesser is the better.
     #[must_use]
     pub fn rank(&self, summary: &StartSummary) -> (bool, Reverse<usize>, f64) {
         let met = summary.status != DesignStatus::BoundViolated;

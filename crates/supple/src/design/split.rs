@@ -22,8 +22,8 @@ pub struct Split {
     pub uncertainty_bits: f64,
     /// Through how the plan moves.
     pub plan_bits: f64,
-    /// Through jumps between local minima: of plans on the way, and from where the second design's plan ends at the first design
-    /// to the plan that design has; and what the integrals leave.
+    /// Through jumps between local minima: of plans on the way, and from where the second design's plan ends at the first
+    /// design to the plan that design has; and what the integrals leave.
     #[serde(alias = "leaps_bits")]
     pub jumps_bits: f64,
     /// Designs evaluated on the way.
@@ -48,9 +48,9 @@ const NODES: [(f64, f64); 5] = [
 ];
 
 impl Problem {
-    /// Splits the change of each task's measured information between two designs, along the straight path between them in the
-    /// coordinates of the search. The first design is given with the measured information of each task, nats, and the second one
-    /// with the controls of each task's plan, which is followed from there.
+    /// Splits the change of each task's measured information between two designs, along the straight path between them in
+    /// the coordinates of the search. The first design is given with the measured information of each task, nats, and the
+    /// second one with the controls of each task's plan, which is followed from there.
     ///
     /// # Errors
     /// Where a plan on the way cannot be made, or has no total gradient.

@@ -84,8 +84,8 @@ fn saved(corrected: &Matrices, c: &Matrices, xi: &Matrices, (t, measurement, var
     0.5 * weighted / (variance - seen)
 }
 
-/// The diagonal of the inverse of one of these positive definite matrices, `L L'`: the columns of `L^-1`, squared and summed. None
-/// where it is not positive definite.
+/// The diagonal of the inverse of one of these positive definite matrices, `L L'`: the columns of `L^-1`, squared and
+/// summed. None where it is not positive definite.
 fn inverse_diagonal(matrix: &Matrices, index: usize) -> Option<Vec<f64>> {
     let (n, stride) = (matrix.rows(), matrix.stride());
     let mut factor = matrix.at(index).to_vec();

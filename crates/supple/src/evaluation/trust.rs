@@ -33,7 +33,8 @@ pub struct Trust {
     /// Where there are too few roll-outs to tell, which is then one of the reasons: about how many are needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rollouts_needed: Option<usize>,
-    /// Where roll-outs do something else on finer steps, which is then one of the reasons: the sub-steps of the model to try.
+    /// Where roll-outs do something else on finer steps, which is then one of the reasons: the sub-steps of the model to
+    /// try.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub substeps_advised: Option<usize>,
 }
@@ -47,8 +48,8 @@ pub enum Verdict {
     Holds,
     /// Some prediction is off by more than chance and more than a tenth, or there are too few roll-outs to tell.
     Doubtful,
-    /// Roll-outs diverge or exceed the cost limit that the expected cost keeps, or the plan is indefinite: its numbers must not
-    /// be used.
+    /// Roll-outs diverge or exceed the cost limit that the expected cost keeps, or the plan is indefinite: its numbers must
+    /// not be used.
     Broken,
 }
 
@@ -123,7 +124,8 @@ impl Trust {
     }
 }
 
-/// Where roll-outs cost something else than predicted, and more than the limit that the prediction keeps: both, and what to try.
+/// Where roll-outs cost something else than predicted, and more than the limit that the prediction keeps: both, and what to
+/// try.
 fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String> {
     let limit = predicted.kept_limit?;
     let (error, _) = cost_error(predicted, sampled);

@@ -16,8 +16,8 @@ pub struct FrozenGradient {
     pub belief_cost: Vec<f64>,
 }
 
-/// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` move. Where `V` varies with the
-/// state, it moves with the parameters of that law alone.
+/// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` move. Where `V` varies
+/// with the state, it moves with the parameters of that law alone.
 pub fn frozen_gradient(
     (system, phi, noise_model): (&dyn System, &[f64], &NoiseModel),
     (plan, belief, noise): (&Plan, &Belief, &Noise),

@@ -28,8 +28,8 @@ struct Active {
     penalty: f64,
 }
 
-/// The variation of trajectory and costates by the linear terms in `work.hessian`, and of the multipliers, where excesses that
-/// have multipliers stay as they are (theory, equation G.11): the LQ problem with `e_z dz = 0` there, by the method of
+/// The variation of trajectory and costates by the linear terms in `work.hessian`, and of the multipliers, where excesses
+/// that have multipliers stay as they are (theory, equation G.11): the LQ problem with `e_z dz = 0` there, by the method of
 /// multipliers. Leaves the variation in `work`.
 ///
 /// # Errors

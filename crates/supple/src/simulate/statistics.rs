@@ -38,8 +38,8 @@ pub struct MonteCarlo {
     /// Standard error of the mean; NaN of a single roll-out, or where one diverged.
     #[serde(deserialize_with = "or_nan")]
     pub cost_standard_error: f64,
-    /// 95 % confidence interval of the expected cost, in its units: the mean and 1.96 standard errors to both sides; none of a
-    /// single roll-out, or where one diverged.
+    /// 95 % confidence interval of the expected cost, in its units: the mean and 1.96 standard errors to both sides; none
+    /// of a single roll-out, or where one diverged.
     #[serde(default)]
     pub cost_interval_95: Option<[f64; 2]>,
     /// Mean cost less the predicted expected cost.
@@ -48,8 +48,8 @@ pub struct MonteCarlo {
     /// Whether the filter's covariance is that of its errors; none in results of versions that did not look.
     #[serde(default)]
     pub consistency: Option<Consistency>,
-    /// Information that the measurements of roll-outs gave, in bits; none of a single roll-out, where one diverged, and where a
-    /// measurement's noise varies with the state.
+    /// Information that the measurements of roll-outs gave, in bits; none of a single roll-out, where one diverged, and
+    /// where a measurement's noise varies with the state.
     #[serde(default)]
     pub realised_bits: Option<Estimate>,
     /// Share of the roll-outs in which each contact touched, at 25 or so of their steps.
@@ -88,8 +88,9 @@ pub struct FinerSteps {
     pub difference_standard_error: f64,
 }
 
-/// The normalised innovation squared `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the filter's covariance
-/// is that of its errors, more where it is too sure, less where it is not sure enough (theory, equation I.12).
+/// The normalised innovation squared `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the
+/// filter's covariance is that of its errors, more where it is too sure, less where it is not sure enough (theory, equation
+/// I.12).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Consistency {
     /// The mean.
@@ -112,7 +113,8 @@ pub struct Estimate {
     /// Its standard error; NaN of a single sample.
     #[serde(deserialize_with = "or_nan")]
     pub standard_error: f64,
-    /// 95 % confidence interval of the expectation: the mean and 1.96 standard errors to both sides; none of a single sample.
+    /// 95 % confidence interval of the expectation: the mean and 1.96 standard errors to both sides; none of a single
+    /// sample.
     #[serde(default)]
     pub interval_95: Option<[f64; 2]>,
 }

@@ -11,7 +11,8 @@ use supple::design::{
 };
 use supple::pipeline::TaskState;
 
-/// The two masses with springs from these catalogues, `[parameters.k1]` and `[parameters.k2]`; the starts of the search take no time.
+/// The two masses with springs from these catalogues, `[parameters.k1]` and `[parameters.k2]`; the starts of the search
+/// take no time.
 fn two_masses(first: &str, second: &str) -> Problem {
     let text = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
     let mut parts = text.splitn(3, "unit = \"N/m\"");
@@ -174,7 +175,8 @@ fn entries_are_paid_from_the_budget() {
     assert_eq!(designed(&problem).status, DesignStatus::BoundViolated);
 }
 
-/// A search among neighbours on a grid of 36, of which it may design 30, ends where no neighbour is better; here at the best of all.
+/// A search among neighbours on a grid of 36, of which it may design 30, ends where no neighbour is better; here at the
+/// best of all.
 #[test]
 fn neighbours_find_the_best_of_the_grid() {
     let springs = "[100, 150, 200, 300, 400, 500]";
@@ -210,8 +212,8 @@ fn coarse_sensors(spring: &str, price: &str) -> Problem {
     supple_file::parse(&text, "task.toml").unwrap()
 }
 
-/// What is free beside the entries is searched for from every start: from the end without catalogues alone it comes to rest at
-/// 97.4 bits, above what a spring of 400 N/m needs.
+/// What is free beside the entries is searched for from every start: from the end without catalogues alone it comes to rest
+/// at 97.4 bits, above what a spring of 400 N/m needs.
 #[test]
 fn a_free_parameter_is_no_worse_than_one_from_a_catalogue() {
     let bits = |spring: &str| {

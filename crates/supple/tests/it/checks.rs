@@ -22,8 +22,9 @@ fn compared(problem: &Problem) -> Vec<(String, ComparedGradient)> {
     found
 }
 
-/// Every entry of every gradient, wrong by a thousandth of itself to either side, one at a time: each is caught, but for those
-/// that the row names as too small beside rounding. Returns how many entries there are, and those that were not caught.
+/// Every entry of every gradient, wrong by a thousandth of itself to either side, one at a time: each is caught, but for
+/// those that the row names as too small beside rounding. Returns how many entries there are, and those that were not
+/// caught.
 fn not_caught(problem: &Problem) -> (usize, Vec<String>) {
     let (mut entries, mut missed) = (0, Vec::new());
     for (task, gradient) in compared(problem) {
@@ -111,8 +112,8 @@ fn the_place_of_a_wall_that_is_2_mm_soft_is_no_false_alarm() {
     assert!(problem.parameters.iter().any(|parameter| parameter.name == by_parameters.place), "{by_parameters:?}");
 }
 
-/// A plan is a minimum of the cost itself, also where its control law is made of Gauss-Newton's curvature. The plan was taken
-/// to move as if that were the curvature of the cost: gradients were off by up to 80 %, or refused.
+/// A plan is a minimum of the cost itself, also where its control law is made of Gauss-Newton's curvature. The plan was
+/// taken to move as if that were the curvature of the cost: gradients were off by up to 80 %, or refused.
 #[test]
 fn plans_move_by_the_exact_curvature_of_the_cost() {
     for file in ["elastic_elbow.toml", "wiping_arm.toml"] {

@@ -41,8 +41,8 @@ fn controls_are_those_of_roll_outs_of_a_linear_system() {
 
 /// Roll-outs with this filter, of nonlinear plants and under noise that varies with the state, run what `step` computes.
 ///
-/// They hold the estimate itself, not its deviation from the plan, which rounds to the last bit of the plan's state: where the
-/// dynamics are as stiff as the door's, entries of `A` near 600 and gains near 10000 make more of that.
+/// They hold the estimate itself, not its deviation from the plan, which rounds to the last bit of the plan's state: where
+/// the dynamics are as stiff as the door's, entries of `A` near 600 and gains near 10000 make more of that.
 #[test]
 fn steps_are_those_of_roll_outs_along_the_plan() {
     let tasks = [("two_mass", 1e-12), ("soft_gripper", 1e-12), ("light_dark", 1e-12), ("iiwa_door", 1e-6)];
@@ -64,8 +64,8 @@ fn steps_are_those_of_roll_outs_along_the_plan() {
     }
 }
 
-/// The cost of the controller in closed loop, and the consistency of its filter, are those of the extended one where both are
-/// the same filter.
+/// The cost of the controller in closed loop, and the consistency of its filter, are those of the extended one where both
+/// are the same filter.
 #[test]
 fn closed_loops_of_a_linear_system_are_the_same() {
     let problem = shipped("tanaka_plant.toml");

@@ -183,8 +183,8 @@ fn gradients_move_along_limits() {
 
 #[test]
 fn a_limit_that_no_plan_keeps_is_named() {
-    // The wall is 0.75 m away: who stays at 0.2 m never presses on it, which is possible; who moves forward at 1 m/s from the
-    // first step on would need an infinite force.
+    // The wall is 0.75 m away: who stays at 0.2 m never presses on it, which is possible; who moves forward at 1 m/s from
+    // the first step on would need an infinite force.
     let problem = shipped_with("two_mass.toml", &kept("kind = \"state\"\nselect = [\"x1\"]\nlower = 0.5"));
     let at = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
     assert_ne!(at.tasks[0].status, PlanStatus::Converged);

@@ -203,8 +203,8 @@ fn stiffness(state: &TaskState) -> f64 {
     -state.plan.policy.feedback.get(PRESSING, 0, 0)
 }
 
-/// The stiffness of the exact solution for the exponential of the cost itself (Whittle): the estimate is tilted by costs past
-/// and to come.
+/// The stiffness of the exact solution for the exponential of the cost itself (Whittle): the estimate is tilted by costs
+/// past and to come.
 fn exact_stiffness(state: &TaskState, sigma: f64) -> f64 {
     let (knots, noise, n) = (&state.plan.knots, &state.noise, state.plan.knots.dynamics.rows());
     let (steps, eye) = (knots.steps(), DMatrix::<f64>::identity(n, n));
@@ -234,8 +234,8 @@ fn exact_stiffness(state: &TaskState, sigma: f64) -> f64 {
     f64::NAN
 }
 
-/// The stiffness of the law with the same filter that minimises the exponential of the cost of state and estimate together, the
-/// state put at its estimate (in the manner of Ponton et al.).
+/// The stiffness of the law with the same filter that minimises the exponential of the cost of state and estimate together,
+/// the state put at its estimate (in the manner of Ponton et al.).
 fn joint_stiffness(state: &TaskState, sigma: f64) -> f64 {
     let (knots, noise, n) = (&state.plan.knots, &state.noise, state.plan.knots.dynamics.rows());
     let steps = knots.steps();

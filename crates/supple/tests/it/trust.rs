@@ -11,8 +11,8 @@ fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low * (high / low).powf(share)
 }
 
-/// Two masses before a wall with stiffnesses, noise, smoothing and weights at random: from tasks whose plan is all there is to
-/// them to such as never do what is planned.
+/// Two masses before a wall with stiffnesses, noise, smoothing and weights at random: from tasks whose plan is all there is
+/// to them to such as never do what is planned.
 fn random_task(number: u64) -> Problem {
     let text = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(number);
@@ -85,8 +85,8 @@ fn shipped_plans_cost_the_same_on_finer_steps() {
     assert!(robots >= 5, "{robots}");
 }
 
-/// Steps of 10 ms integrate the motor of the elbow badly. With a control that costs next to nothing the controller inverts what
-/// is integrated, not the motor: the same controller sends the elbow off on finer steps.
+/// Steps of 10 ms integrate the motor of the elbow badly. With a control that costs next to nothing the controller inverts
+/// what is integrated, not the motor: the same controller sends the elbow off on finer steps.
 #[test]
 fn controllers_that_only_the_steps_of_a_task_stabilise_are_broken() {
     let path = common::repository("tasks/elastic_elbow.toml");

@@ -163,8 +163,8 @@ fn adjoint_by_the_states() {
     }
 }
 
-/// In closed loop the noise is that at the true states and the filter reckons with that at its estimates: the mean cost is the
-/// predicted one, and far from what noise that does not vary would cost.
+/// In closed loop the noise is that at the true states and the filter reckons with that at its estimates: the mean cost is
+/// the predicted one, and far from what noise that does not vary would cost.
 #[test]
 fn closed_loop_costs_what_is_predicted() {
     let problem = plane(DIAGONAL, LIGHT);

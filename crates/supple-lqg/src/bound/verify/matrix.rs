@@ -157,8 +157,8 @@ impl Enclosure {
         self.entries.iter().zip(&other.entries).fold(Interval::ZERO, |sum, (a, b)| sum + *a * *b)
     }
 
-    /// Whether every symmetric matrix in it is positive semidefinite, proved: in units in which its diagonal is about 1, less a
-    /// rounded `g g'` of its middle, what is left has a diagonal that is larger than all else in its rows.
+    /// Whether every symmetric matrix in it is positive semidefinite, proved: in units in which its diagonal is about 1,
+    /// less a rounded `g g'` of its middle, what is left has a diagonal that is larger than all else in its rows.
     pub fn is_positive_semidefinite(&self) -> bool {
         let n = self.rows;
         // Powers of 2: nothing rounds.

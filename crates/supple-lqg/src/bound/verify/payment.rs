@@ -142,8 +142,8 @@ impl Priced {
         Ok(Self { step: quiet(law.dynamics.clone(), law.given.clone()), s, units, distance: 0.0 })
     }
 
-    /// In coordinates `xi = R x` and controls `u = K x + v` by the regulator: what stands beside them, `eta`, neither
-    /// costs anything nor moves them, but for rounding. `R` is that of the roots, or the same in units of some of the states:
+    /// In coordinates `xi = R x` and controls `u = K x + v` by the regulator: what stands beside them, `eta`, neither costs
+    /// anything nor moves them, but for rounding. `R` is that of the roots, or the same in units of some of the states:
     /// zeros of the matrices given are zeros there.
     fn some<const K: usize>(law: &Regulated<K>, roots: &Roots<K>, of_states: bool) -> Result<Self, String> {
         let (n, joint, r) = (law.dynamics.rows, law.dynamics.cols, roots.rows.rows);

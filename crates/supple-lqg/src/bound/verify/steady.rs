@@ -93,8 +93,9 @@ impl<'a, const K: usize> Local<'a, K> {
         })
     }
 
-    /// Where `P <- A (P^-1 + G)^-1 A' + W`, `G = C' V^-1 C`, leads to: some steps, and from there on their number is doubled.
-    /// In the closed loop of a filter that knows that they are uncertain, modes that grow without noise do not grow.
+    /// Where `P <- A (P^-1 + G)^-1 A' + W`, `G = C' V^-1 C`, leads to: some steps, and from there on their number is
+    /// doubled. In the closed loop of a filter that knows that they are uncertain, modes that grow without noise do not
+    /// grow.
     fn steady(&self, is_stopped: &dyn Fn() -> bool) -> Option<Steady> {
         let n = self.dynamics.rows;
         let precision = self.precision();

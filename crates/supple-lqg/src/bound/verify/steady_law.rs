@@ -230,8 +230,8 @@ impl<'a, const K: usize> Regulated<'a, K> {
         }
     }
 
-    /// States `x` with `U_x A^k x = 0` for all `k`, by columns: what rows that are reduced as in Gauss and Jordan's elimination
-    /// leave free.
+    /// States `x` with `U_x A^k x = 0` for all `k`, by columns: what rows that are reduced as in Gauss and Jordan's
+    /// elimination leave free.
     fn unpriced(&self) -> Matrix {
         let n = self.dynamics.rows;
         let a = Wides::from_fn(n, n, |i, j| Wide::new(self.dynamics.at(i, j)));

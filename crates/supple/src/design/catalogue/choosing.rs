@@ -42,8 +42,8 @@ impl<'a> Choosing<'a> {
         self.places.iter().map(|&place| self.searcher.problem.parameters.get(place).catalogue.len()).collect()
     }
 
-    /// The entries around the design without catalogues: of each catalogue the one next below and the one next above, the nearer of
-    /// both first; the same twice at the ends. Near is meant as the search moves the parameter.
+    /// The entries around the design without catalogues: of each catalogue the one next below and the one next above, the
+    /// nearer of both first; the same twice at the ends. Near is meant as the search moves the parameter.
     pub fn around(&self) -> Vec<[usize; 2]> {
         let parameters = &self.searcher.problem.parameters;
         let scaling = Scaling::of(parameters);
@@ -82,8 +82,8 @@ impl<'a> Choosing<'a> {
         self.searcher.control.is_stopped()
     }
 
-    /// Designs combinations in parallel, until it is stopped; the nearest to the design without catalogues in any case, as there
-    /// has to be something to show. `of` is how many there are to be, for the observer.
+    /// Designs combinations in parallel, until it is stopped; the nearest to the design without catalogues in any case, as
+    /// there has to be something to show. `of` is how many there are to be, for the observer.
     pub fn design_all(&mut self, combinations: Vec<Vec<usize>>, of: usize) {
         let nearest: Vec<usize> = self.around().into_iter().map(|[nearer, _]| nearer).collect();
         let Self { searcher, done, .. } = &*self;
@@ -103,8 +103,9 @@ impl<'a> Choosing<'a> {
         self.known.extend(found);
     }
 
-    /// Designs one combination: plans from the first guesses and from the design without catalogues, then on the cheapest branch seen;
-    /// from there the parameters without catalogues are optimised, and from random starts too, as many as the settings say.
+    /// Designs one combination: plans from the first guesses and from the design without catalogues, then on the cheapest
+    /// branch seen; from there the parameters without catalogues are optimised, and from random starts too, as many as the
+    /// settings say.
     fn design(&self, entries: &[usize]) -> Result<StartSummary, Error> {
         let Searcher { problem, settings, control, .. } = self.searcher;
         let mut phi = self.continuous.to.clone();

@@ -10,8 +10,8 @@ use crate::Error;
 use choosing::Choosing;
 
 impl CatalogueDesign {
-    /// How many nats more the chosen design needs than that without catalogues, prices with their weight included, where both
-    /// meet every bound. None where entries have prices and prices count: that without catalogues does not pay them.
+    /// How many nats more the chosen design needs than that without catalogues, prices with their weight included, where
+    /// both meet every bound. None where entries have prices and prices count: that without catalogues does not pay them.
     #[must_use]
     pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
         let (chosen, free) = (&self.chosen().summary, &self.continuous);
@@ -31,9 +31,10 @@ impl CatalogueDesign {
 }
 
 impl Searcher<'_> {
-    /// Chooses from the catalogues of the parameters that have any, given a design that took no notice of them (theory, equation D.7):
-    /// designs every combination of entries where there are at most as many as the settings allow, and otherwise the neighbours of
-    /// ever better ones. For each combination the other parameters are optimised anew. Without catalogues the design stays as it is.
+    /// Chooses from the catalogues of the parameters that have any, given a design that took no notice of them (theory,
+    /// equation D.7): designs every combination of entries where there are at most as many as the settings allow, and
+    /// otherwise the neighbours of ever better ones. For each combination the other parameters are optimised anew. Without
+    /// catalogues the design stays as it is.
     ///
     /// # Errors
     /// Where no combination can be evaluated.

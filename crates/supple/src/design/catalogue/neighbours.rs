@@ -6,8 +6,8 @@ const MOST_CORNERS: usize = 6;
 /// Catalogues up to which pairs of entries are exchanged at once; beyond, one at a time.
 const MOST_PAIRS: usize = 8;
 
-/// Rounds the design without catalogues to the entries around it, and goes on to the best of all neighbours for as long as that is
-/// better. Designs at most `most` combinations. Whether it came to its end: no neighbour is better.
+/// Rounds the design without catalogues to the entries around it, and goes on to the best of all neighbours for as long as
+/// that is better. Designs at most `most` combinations. Whether it came to its end: no neighbour is better.
 pub(super) fn descend(choosing: &mut Choosing, most: usize) -> bool {
     let around = choosing.around();
     let lengths = choosing.lengths();
@@ -33,7 +33,8 @@ pub(super) fn descend(choosing: &mut Choosing, most: usize) -> bool {
     }
 }
 
-/// The roundings of a design, the nearest first: all of them, or of many catalogues the nearest and those that differ from it in one.
+/// The roundings of a design, the nearest first: all of them, or of many catalogues the nearest and those that differ from
+/// it in one.
 fn corners(around: &[[usize; 2]]) -> Vec<Vec<usize>> {
     let pick = |other: &dyn Fn(usize) -> bool| -> Vec<usize> {
         around.iter().enumerate().map(|(place, sides)| sides[usize::from(other(place))]).collect()
