@@ -116,7 +116,7 @@ fn table_of(key: &str) -> Option<&'static str> {
 fn misplaced(error: FileError, index: usize, states: &[String]) -> FileError {
     let here = format!("tasks[{index}].");
     let found = error.key.strip_prefix(&here).and_then(|key| key.rsplit_once('.')).and_then(|(table, key)| {
-        let by_name = table == "initial_state" || table.starts_with("noise.");
+        let by_name = table == "initial_state" || table.starts_with("noise.") && !table.contains('[');
         let of = table_of(key).filter(|_| by_name && !states.iter().any(|state| state == key))?;
         Some(format!("`{key}` is a key of {of}: write it there, above the headers of the tables in it"))
     });

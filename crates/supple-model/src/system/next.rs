@@ -1,5 +1,5 @@
-//! Costs of stages that depend on the next state: their programs are given it, and what
-//! they say of it goes through the sub-steps (theory, section "Costs of the next state").
+//! Costs of stages that depend on the next state: their programs are given it, and what they say of it goes through the
+//! steps of integration that lead there (theory, section "Costs of the next state").
 
 use supple_kernels::graph::{Batch, Source};
 use supple_kernels::rows::{Left, Long, Product, View, ViewMut, transpose};
