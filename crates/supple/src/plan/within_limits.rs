@@ -149,8 +149,9 @@ impl<'a> Rounds<'a> {
         let (free, by_little) = (plan.trajectory.controls.clone(), !self.is_any(plan, scratch, exceeds));
         let from_guess = !by_little && self.start_from_better(guess, plan, scratch);
         let mut status = self.rounds((settings, missed), plan, work, scratch);
-        let is_over = matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations);
-        if !is_over && !(status.is_converged() && self.is_kept(plan, scratch)) && (from_guess || by_little) {
+        let is_last = matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations)
+            || status.is_converged() && self.is_kept(plan, scratch);
+        if !is_last && (from_guess || by_little) {
             // From the other of both.
             plan.trajectory.controls = free;
             plan.nominal_cost = simulate_controls(self.problem.system, self.problem.phi, &mut plan.trajectory, scratch);
