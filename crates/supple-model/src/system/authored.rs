@@ -150,7 +150,7 @@ impl<M: Model> Authored<M> {
     }
 
     pub(super) fn contraction_program(&self) -> &Program {
-        self.program(&self.programs.contract_dynamics, |r| r.contract_dynamics())
+        self.program(&self.programs.contract_dynamics, |r| r.contract_dynamics(self.is_composed()))
     }
 
     pub(super) fn contract_curvature_program(&self) -> &Program {
@@ -173,15 +173,18 @@ impl<M: Model> Authored<M> {
         parts(at).into_iter().filter(move |&(last, batch)| batch.count > 0 && (last || !gives_next))
     }
 
-    /// `[l_zz | l_z]`, but of stages whose cost is given the next state.
+    /// `[l_zz | l_z]`; with costates, where the cost of stages is given the next state, as
+    /// [`write_quadratics_of_next`](Self::write_quadratics_of_next).
     fn write_quadratics(
         &self,
-        at: Points,
-        phi: &[f64],
-        curvature: Curvature,
+        (at, phi): (Points, &[f64]),
+        (curvature, after): (Curvature, Option<&Matrices>),
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
+        if self.gives_next {
+            self.write_quadratics_of_next((at, phi), (curvature, after), out, scratch);
+        }
         let cells = &self.programs.cost_quadratic[which(curvature)];
         for (last, batch) in self.parts_of_cost(&at) {
             let cell = &cells[usize::from(last)];
@@ -444,10 +447,7 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        if self.gives_next {
-            self.write_quadratics_of_next((at, phi), (curvature, None), out, scratch);
-        }
-        self.write_quadratics(at, phi, curvature, out, scratch);
+        self.write_quadratics((at, phi), (curvature, None), out, scratch);
         if curvature == Curvature::GaussNewton && !self.has_smooth_gauss_newton() {
             make_convex(out, self.size.joint());
         }
@@ -475,13 +475,12 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        if self.gives_next {
-            // The second derivatives of the step serve both, its costates and those that the cost begins.
-            self.write_quadratics_of_next((at, phi), (Curvature::Exact, Some(costates)), out, scratch);
-            return self.write_quadratics(at, phi, Curvature::Exact, out, scratch);
+        // Where costs are given the next state, one run of the step's second derivatives serves both: for its costates and
+        // for those that the cost begins.
+        self.write_quadratics((at, phi), (Curvature::Exact, Some(costates)), out, scratch);
+        if !self.gives_next {
+            self.add_dynamics_curvature(at, phi, costates, out, scratch);
         }
-        self.cost_quadratics(at, phi, Curvature::Exact, out, scratch);
-        self.add_dynamics_curvature(at, phi, costates, out, scratch);
     }
 
     fn has_costly_curvature(&self) -> bool {
@@ -526,7 +525,7 @@ impl<M: Model> System for Authored<M> {
             let adjoints = (dynamics, cost, adjoints.curvature);
             self.contract_with_next((at, phi), adjoints, joint, parameters, scratch);
         } else if self.is_composed() {
-            self.contract_divided((at, phi, dynamics), joint, parameters, scratch);
+            self.contract_composed((at, phi, dynamics), joint, parameters, scratch);
         }
         let [x, u] = at_points(at);
         let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
@@ -571,7 +570,7 @@ impl<M: Model> System for Authored<M> {
             program.run(batch, (&sources, phi), (None, parameters), scratch);
         }
         if self.is_composed() {
-            self.add_gradient_divided((at, phi, costates), variation, parameters, scratch);
+            self.add_gradient_composed((at, phi, costates), variation, parameters, scratch);
         }
     }
 }

@@ -119,7 +119,7 @@ impl<M: Model> Authored<M> {
     }
 
     /// The gradient of `<F_bar, [A B]>` of whole steps (theory, equation U.12).
-    pub(super) fn contract_divided(
+    pub(super) fn contract_composed(
         &self,
         (at, phi, whole): (Points, &[f64], &Matrices),
         joint: &mut Matrices,
@@ -158,7 +158,7 @@ impl<M: Model> Authored<M> {
 
     /// The gradient by the parameters of `lambda' f` of whole steps, or its derivative along a variation (theory, equations
     /// U.11 and U.14).
-    pub(super) fn add_gradient_divided(
+    pub(super) fn add_gradient_composed(
         &self,
         (at, phi, costates): (Points, &[f64], &Matrices),
         variation: Option<Variation>,

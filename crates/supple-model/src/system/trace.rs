@@ -139,8 +139,8 @@ impl<'a, M: Model> Trace<'a, M> {
         Self { model, time_step, z, next: None, phi: (0..parameters).map(Node::parameter).collect() }
     }
 
-    /// The same with the next state given. Those of its entries count as variables that stages' costs depend on; none where
-    /// they are none's.
+    /// The same with the next state given. Those of its entries are variables of costs which the costs of stages depend on;
+    /// none without any.
     pub fn given_next(self, costs: Option<&[Cost]>) -> Self {
         let next = entries(source::NEXT, self.model.dimensions().states);
         let given = Self { next: Some((next.clone(), Vec::new())), ..self };

@@ -152,13 +152,16 @@ impl<'a> Rounds<'a> {
         let is_last = matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations)
             || status.is_converged() && self.is_kept(plan, scratch);
         if !is_last && (from_guess || by_little) {
-            // From the other of both.
+            // From the other of both, where there is one.
+            let ended = (plan.trajectory.controls.clone(), plan.multipliers.clone(), self.penalties.clone());
             plan.trajectory.controls = free;
             plan.nominal_cost = simulate_controls(self.problem.system, self.problem.phi, &mut plan.trajectory, scratch);
             plan.multipliers.as_mut_slice().fill(0.0);
             self.penalties = self.first_penalties(plan, scratch);
             if from_guess || self.start_from_better(guess, plan, scratch) {
                 status = self.rounds((settings, missed), plan, work, scratch);
+            } else {
+                (plan.trajectory.controls, plan.multipliers, self.penalties) = ended;
             }
         }
         self.finish((plan, settings), status, scratch)

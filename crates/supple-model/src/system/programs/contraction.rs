@@ -12,8 +12,9 @@ impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).
     ///
     /// With `mu_j = -M^-1 F_w' F_bar_j` it is that of `sum_j (F_bar_j, mu_j)' (F, r)' (e_j, W_j)`, all but the
-    /// derivatives `(F, r)'` held fixed, and with `w` moving as it must. Of sub-steps the gradient by `z` is a vector.
-    pub fn contract_dynamics(&self) -> Program {
+    /// derivatives `(F, r)'` held fixed, and with `w` moving as it must. The gradient by `z` is a vector where
+    /// those of steps are `composed`, and is else added to the last column of the joint matrix.
+    pub fn contract_dynamics(&self, composed: bool) -> Program {
         record(|| {
             let trace = self.trace(false);
             let dynamics = trace.dynamics_to_linearise();
@@ -49,11 +50,10 @@ impl<M: Model> Recorder<'_, M> {
             let variables = [dynamics.variables(&trace.z), trace.phi.clone()].concat();
             let gradient = vjp(&weighed, &variables);
             let nu = dynamics.respond(gradient[joint..joint + k].to_vec());
-            let is_composed = self.is_composed();
             let mut outputs = Outputs::new();
             for (j, &direct) in gradient[..joint].iter().enumerate() {
                 let total = direct + dot(nu.iter().copied(), column(&r_z, j));
-                add(&mut outputs, total, if is_composed { j } else { j * padded(joint + 1) + joint });
+                add(&mut outputs, total, if composed { j } else { j * padded(joint + 1) + joint });
             }
             let through = self.by_parameters(&trace, &dynamics, &nu);
             for (i, (&direct, through)) in gradient[joint + k..].iter().zip(through).enumerate() {

@@ -2,7 +2,7 @@
 
 use supple_kernels::graph::{Node, Target, depends, record, vjp};
 
-use super::trace::{Dynamics, Trace, substeps};
+use super::trace::{Dynamics, Trace};
 use crate::cost::Cost;
 use crate::followed::Ends;
 use crate::{Model, ParameterHandle, Value};
@@ -43,11 +43,6 @@ impl<M: Model> Recorder<'_, M> {
     /// the step, and not through all that solves for its unknowns.
     pub fn gives_next(&self) -> bool {
         self.needs_next(false)
-    }
-
-    /// Whether derivatives of stages are composed of those of steps of integration, which are then by vectors.
-    pub fn is_composed(&self) -> bool {
-        substeps(self.model) > 1 || self.gives_next()
     }
 
     fn needs_next(&self, last: bool) -> bool {
