@@ -12,6 +12,7 @@
 
   /** Asks for the design on screen. */
   function ask() {
+    E.motion.wait();
     latest = E.link.ask("evaluate", { values: D.values, task: D.task, want: E.curves.wanted() });
     document.documentElement.dataset.latest = String(latest);
     if (E.moved) {
@@ -87,6 +88,7 @@
       element("verdict").textContent = `This design cannot be evaluated: ${message.error}`;
       stale(true);
       done(message.id, message);
+      E.motion.show();
       return;
     }
     if (message.task !== D.task) return;

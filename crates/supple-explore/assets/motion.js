@@ -2,7 +2,8 @@
 // The robot in motion. It is drawn after numbers and curves, and only as often as the browser keeps up.
 (function (E) {
   const D = E.design;
-  // Browsers without a graphics card take long for a picture: there the robot follows when sliders rest.
+  // Browsers without a graphics card take long for a picture, with all processors: there the robot follows when sliders rest
+  // and no answer is waited for.
   const FAST = 60, REST = 200;
   // Places of colours in the view: pins have those of their curves.
   const COLOURS = { now: 0, A: 3, B: 1, C: 4 };
@@ -35,6 +36,13 @@
       waiting = 0;
       draw();
     }, took > FAST ? REST : 0);
+  }
+
+  /** An answer is waited for, after which it is shown. */
+  function wait() {
+    if (took <= FAST) return;
+    clearTimeout(waiting);
+    waiting = 0;
   }
 
   function draw() {
@@ -75,5 +83,5 @@
     document.getElementById("scene").replaceChildren();
   }
 
-  E.motion = { take, show, clear, surface: (index) => meshes[index] };
+  E.motion = { take, show, wait, clear, surface: (index) => meshes[index] };
 })(window.Explore);

@@ -8,11 +8,13 @@
 use std::hint::black_box;
 
 use supple::gradient::Functional;
-use supple::lqg::{Belief, Information, Policy, Regularisation, information, kalman, solve_riccati};
+use supple::lqg::{
+    Belief, Information, Policy, Regularisation, control_information, information, kalman, solve_riccati,
+};
 use supple::pipeline::TaskState;
 use supple::plan::{PlanSettings, rollout};
 use supple::system::Curvature;
-use supple::{Linearise, Scratch};
+use supple::{EvaluateOptions, Linearise, Scratch};
 
 #[path = "../../supple-lqg/benches/common/timing.rs"]
 mod timing;
@@ -69,6 +71,14 @@ fn main() {
             kalman(black_box(&state.plan.knots), &state.noise, &mut belief).unwrap();
             information(&belief, &state.noise, &mut found).unwrap();
         });
+        time("used_information", seconds, || {
+            let plan = black_box(&state.plan);
+            control_information(&plan.knots, &plan.policy, &state.belief, &state.noise).unwrap();
+        });
+        for (name, trajectories) in [("evaluate", false), ("evaluate_with_trajectory", true)] {
+            let options = EvaluateOptions { trajectories, ..Default::default() };
+            time(name, seconds, || drop(black_box(problem.evaluate(&phi, &options).unwrap())));
+        }
         // With the belief anew each time, so that nothing is known from the last time.
         time("information_gradient", seconds, || {
             state.assess(task, &phi).unwrap();

@@ -1,6 +1,6 @@
-use supple_kernels::{Matrices, padded};
+use supple_kernels::rows::{add_scaled, scale};
+use supple_kernels::{Lanes, Matrices, padded};
 
-use crate::dense::{Dense, dense};
 use crate::transport::Transport;
 
 /// The belief along a trajectory: covariances, gains and innovation factors.
@@ -74,14 +74,23 @@ impl Belief {
         }
     }
 
-    /// A factor, n x p, of the covariance reduction by the measurements of step `t`: `L S^y L' = P - Sigma`.
-    pub(crate) fn reduction(&self, t: usize) -> Dense {
-        let factor = dense(&self.innovation_factor, t);
-        if self.form != Form::EachAlone {
-            return dense(&self.gain_transposed, t).tr_mul(&factor.lower_triangle());
+    /// The columns of a factor, n x p, of the covariance reduction by the measurements of step `t`, `L S^y L' = P - Sigma`,
+    /// as rows in whole lanes.
+    #[inline(always)]
+    pub(crate) fn write_reduction<L: Lanes>(&self, t: usize, out: &mut [f64]) {
+        let (factor, gain) = (self.innovation_factor.at(t), self.gain_transposed.at(t));
+        let (p, small) = (self.innovation_factor.rows(), self.innovation_factor.stride());
+        let narrow = self.gain_transposed.stride();
+        for (j, out) in out.chunks_exact_mut(narrow).enumerate() {
+            if self.form == Form::EachAlone {
+                out.copy_from_slice(&self.pivots.at(t)[j * narrow..(j + 1) * narrow]);
+                scale::<L>(out, 1.0 / factor[j * (small + 1)]);
+            } else {
+                out.fill(0.0);
+                for i in j..p {
+                    add_scaled::<L>(out, factor[i * small + j], &gain[i * narrow..(i + 1) * narrow]);
+                }
+            }
         }
-        let mut reduction = dense(&self.pivots, t).transpose();
-        reduction.column_iter_mut().zip(factor.diagonal().iter()).for_each(|(mut column, root)| column /= *root);
-        reduction
     }
 }

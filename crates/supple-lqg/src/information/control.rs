@@ -1,10 +1,11 @@
-use nalgebra::{DMatrix, DVectorView, Dyn, U1};
-use supple_kernels::math;
+use supple_kernels::rows::{self, Left, Medium, Product, View, ViewMut, transpose};
+use supple_kernels::{Job, Lanes, Matrices, dispatch, math, padded};
 
+use super::factor::Factor;
 use crate::Error;
 use crate::belief::Belief;
-use crate::dense::{beside, cholesky, dense};
-use crate::knots::Knots;
+use crate::dense::Dense;
+use crate::knots::{Dimensions, Knots};
 use crate::noise::Noise;
 use crate::riccati::Policy;
 
@@ -18,12 +19,7 @@ use crate::riccati::Policy;
 /// # Errors
 /// Where `V` is not positive definite.
 pub fn control_information(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<f64>, Error> {
-    let mut means = Means::new(knots);
-    let step = |t: usize| {
-        means.measure((knots, belief, noise), t)?;
-        Ok(means.tell(&dense(&policy.feedback, t)).0)
-    };
-    (0..knots.steps()).map(step).collect()
+    dispatch(Sweep { knots, policy, belief, noise, kept: None })
 }
 
 /// One control step, processed.
@@ -33,21 +29,46 @@ pub(super) struct Told {
     /// Those not determined by past controls.
     pub controls: Vec<usize>,
     /// Factors of `N^a` and `N^b` of (I.8) before they are told.
-    pub before: [DMatrix<f64>; 2],
+    pub before: [Dense; 2],
     /// Factors of them afterwards.
-    pub after: [DMatrix<f64>; 2],
+    pub after: [Dense; 2],
 }
 
 /// As [`control_information`], with all that it goes through.
 pub(super) fn told(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<Told>, Error> {
-    let mut means = Means::new(knots);
-    let step = |t: usize| {
-        means.measure((knots, belief, noise), t)?;
-        let before = [means.told.clone(), means.both.clone()];
-        let (nats, controls) = means.tell(&dense(&policy.feedback, t));
-        Ok(Told { nats, controls, before, after: [means.told.clone(), means.both.clone()] })
-    };
-    (0..knots.steps()).map(step).collect()
+    let mut steps = Vec::with_capacity(knots.steps());
+    dispatch(Sweep { knots, policy, belief, noise, kept: Some(&mut steps) })?;
+    Ok(steps)
+}
+
+struct Sweep<'a> {
+    knots: &'a Knots,
+    policy: &'a Policy,
+    belief: &'a Belief,
+    noise: &'a Noise,
+    /// Where all that it goes through is kept.
+    kept: Option<&'a mut Vec<Told>>,
+}
+
+impl Job for Sweep<'_> {
+    type Output = Result<Vec<f64>, Error>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { knots, policy, belief, noise, mut kept } = self;
+        let mut means = Means::new(knots.dimensions);
+        let mut all = Vec::with_capacity(knots.steps());
+        for t in 0..knots.steps() {
+            means.measure::<L>((knots, belief, noise), t)?;
+            let before = kept.is_some().then(|| means.factors());
+            all.push(means.tell::<L>(&policy.feedback, t));
+            if let Some((kept, before)) = kept.as_mut().zip(before) {
+                let controls = means.news.clone();
+                kept.push(Told { nats: all[t], controls, before, after: means.factors() });
+            }
+        }
+        Ok(all)
+    }
 }
 
 /// Covariances of the filter's mean `mu_t`, n x n.
@@ -55,67 +76,143 @@ pub(super) fn told(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Nois
 /// Two are kept as factors `G`, `N = G G'`, of as many columns as their rank: where past controls tell the mean,
 /// nothing is left, and rounding could not be told from it in `N`.
 struct Means {
+    dimensions: Dimensions,
     /// Given past controls: a factor of `N^a` of (I.8).
-    told: DMatrix<f64>,
+    told: Telling,
     /// Given past controls and all states so far: a factor of `N^b` of (I.8).
-    both: DMatrix<f64>,
+    both: Telling,
     /// Given all states so far: how large the one before could be.
-    known: DMatrix<f64>,
+    known: Vec<f64>,
+    /// Controls of the last step that were not known from those before them.
+    news: Vec<usize>,
+    /// A factor of `V`, p x p.
+    noise_factor: Vec<f64>,
+    /// `A'` and `A' (I - L C)'`, n x n.
+    dynamics: Vec<f64>,
+    through: Vec<f64>,
+    /// `C'` and `A' C'`, n x p.
+    seen: Vec<f64>,
+    seen_next: Vec<f64>,
+    /// What the measurement adds to the columns of each factor, p of them.
+    innovation: Vec<f64>,
+    noise: Vec<f64>,
+    /// `K'`, n x m, and a product with it or with n columns.
+    feedback: Vec<f64>,
+    product: Vec<f64>,
 }
 
 impl Means {
-    fn new(knots: &Knots) -> Self {
-        let n = knots.dimensions.states;
-        Self { told: DMatrix::zeros(n, 0), both: DMatrix::zeros(n, 0), known: DMatrix::zeros(n, n) }
+    fn new(dimensions: Dimensions) -> Self {
+        let Dimensions { states: n, controls: m, measurements: p } = dimensions;
+        let rows = |count: usize, len: usize| vec![0.0; count * padded(len)];
+        Self {
+            dimensions,
+            told: Telling::new(dimensions),
+            both: Telling::new(dimensions),
+            known: rows(n, n),
+            news: Vec::with_capacity(m),
+            noise_factor: rows(p, p),
+            dynamics: rows(n, n),
+            through: rows(n, n),
+            seen: rows(n, p),
+            seen_next: rows(n, p),
+            innovation: rows(p, n),
+            noise: rows(p, n),
+            feedback: rows(n, m),
+            product: rows(n, n.max(m)),
+        }
+    }
+
+    fn factors(&self) -> [Dense; 2] {
+        [self.told.factor.dense(), self.both.factor.dense()]
     }
 
     /// Goes on to the mean after the measurement at `t` (theory, equation I.7).
-    fn measure(&mut self, (knots, belief, noise): (&Knots, &Belief, &Noise), t: usize) -> Result<(), Error> {
-        let n = knots.dimensions.states;
-        let dynamics = (t > 0).then(|| dense(&knots.dynamics, t - 1).columns(0, n).into_owned());
-        let c = dense(&knots.measurement, t);
-        let gain = dense(&belief.gain_transposed, t).transpose();
-        let innovation = belief.reduction(t);
-        let factor = cholesky(&dense(&noise.measurement, t));
-        let noise = &gain * factor.ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step: t })?;
-        let known = &noise * noise.transpose();
-        if let Some(a) = &dynamics {
-            let through = a - &gain * (c * a);
-            self.told = beside(a * &self.told, &innovation);
-            self.both = beside(&through * &self.both, &noise);
-            self.known = &through * &self.known * through.transpose() + known;
-        } else {
-            *self = Self { told: innovation, both: noise, known };
+    #[inline(always)]
+    fn measure<L: Lanes>(&mut self, (knots, belief, noise): (&Knots, &Belief, &Noise), t: usize) -> Result<(), Error> {
+        let Dimensions { states: n, measurements: p, .. } = self.dimensions;
+        let (narrow, small) = (padded(n), padded(p));
+        let gain = View::new(belief.gain_transposed.at(t), narrow);
+        if t == 0 || !noise.measurement.is_constant() {
+            self.factor_noise(&noise.measurement, t)?;
         }
+        let left = Left::transposed(&self.noise_factor, small);
+        let product = Product { left, right: gain, rows: p, inner: p, width: narrow };
+        product.set::<L, Medium>(ViewMut::new(&mut self.noise, narrow));
+        belief.write_reduction::<L>(t, &mut self.innovation);
+        if t > 0 {
+            let a = View::new(knots.dynamics.at(t - 1), knots.dynamics.stride());
+            transpose::<L, Medium>(ViewMut::new(&mut self.dynamics, narrow), a, (n, n));
+            let c = View::new(knots.measurement.at(t), narrow);
+            transpose::<L, Medium>(ViewMut::new(&mut self.seen, small), c, (p, n));
+            let (left, right) = (Left::plain(&self.dynamics, narrow), View::new(&self.seen, small));
+            let product = Product { left, right, rows: n, inner: n, width: small };
+            product.set::<L, Medium>(ViewMut::new(&mut self.seen_next, small));
+            let product =
+                Product { left: Left::plain(&self.seen_next, small), right: gain, rows: n, inner: p, width: narrow };
+            let through = ViewMut::new(&mut self.through, narrow);
+            product.subtract_from::<L, Medium>(View::new(&self.dynamics, narrow), through);
+            let (left, right) = (Left::transposed(&self.known, narrow), View::new(&self.through, narrow));
+            let product = Product { left, right, rows: n, inner: n, width: narrow };
+            product.set::<L, Medium>(ViewMut::new(&mut self.product, narrow));
+            let (left, right) = (Left::transposed(&self.through, narrow), View::new(&self.product, narrow));
+            let product = Product { left, right, rows: n, inner: n, width: narrow };
+            product.set::<L, Medium>(ViewMut::new(&mut self.known, narrow));
+        }
+        let (left, right) = (Left::transposed(&self.noise, narrow), View::new(&self.noise, narrow));
+        let product = Product { left, right, rows: n, inner: p, width: narrow };
+        product.add::<L, Medium>(ViewMut::new(&mut self.known, narrow));
+        self.told.factor.advance::<L>(&self.dynamics, &self.innovation);
+        self.both.factor.advance::<L>(&self.through, &self.noise);
+        Ok(())
+    }
+
+    fn factor_noise(&mut self, measurement: &Matrices, t: usize) -> Result<(), Error> {
+        let (p, small) = (self.dimensions.measurements, padded(self.dimensions.measurements));
+        self.noise_factor.copy_from_slice(measurement.at(t));
+        rows::cholesky(&mut self.noise_factor, p, small)
+            .map_err(|_| Error::NotPositiveDefinite { what: "the measurement covariance", step: t })?;
+        (0..p).for_each(|i| self.noise_factor[i * small + i + 1..(i + 1) * small].fill(0.0));
         Ok(())
     }
 
     /// What `K mu` tells about the states, in nats; past controls include it afterwards. One control at a time, the one
-    /// that is known least first. With those that were not known already.
-    fn tell(&mut self, feedback: &DMatrix<f64>) -> (f64, Vec<usize>) {
-        let rows = feedback.transpose();
+    /// that is known least first. Keeps those that were not known already.
+    #[inline(always)]
+    fn tell<L: Lanes>(&mut self, feedback: &Matrices, t: usize) -> f64 {
+        let Dimensions { states: n, controls: m, .. } = self.dimensions;
+        let (narrow, short) = (padded(n), padded(m));
+        let k = View::new(feedback.at(t), narrow);
+        transpose::<L, Medium>(ViewMut::new(&mut self.feedback, short), k, (m, n));
         // How large the variance of each control could be, given the states.
-        let through = &self.known * &rows;
-        let all: Vec<f64> = (0..rows.ncols()).map(|a| rows.column(a).dot(&through.column(a))).collect();
-        let mut left: Vec<usize> = (0..rows.ncols()).collect();
-        let (mut nats, mut news) = (0.0, Vec::new());
-        let [mut told, mut both] = [&mut self.told, &mut self.both].map(|factor| Telling::of(factor, &rows));
+        let (left, right) = (Left::transposed(&self.known, narrow), View::new(&self.feedback, short));
+        let product = Product { left, right, rows: n, inner: n, width: short };
+        product.set::<L, Medium>(ViewMut::new(&mut self.product, short));
+        let through = |a: usize| (0..n).map(|i| self.feedback[i * short + a] * self.product[i * short + a]).sum();
+        let all: Vec<f64> = (0..m).map(through).collect();
+        let mut left: Vec<usize> = (0..m).collect();
+        let mut nats = 0.0;
+        self.news.clear();
+        self.told.begin::<L>(&self.feedback, n);
+        self.both.begin::<L>(&self.feedback, n);
         // The share of a control's variance that past controls leave, from 0 to 1.
         let unknown = |both: &Telling, a: usize| if all[a] > 0.0 { both.variance(a) / all[a] } else { 0.0 };
         while let Some((place, share)) =
-            left.iter().map(|&a| unknown(&both, a)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+            left.iter().map(|&a| unknown(&self.both, a)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
         {
             if share <= KNOWN {
                 break;
             }
             let a = left.swap_remove(place);
-            news.push(a);
-            let (without, with) = (told.condition(a), both.condition(a));
+            self.news.push(a);
+            let row = &k.numbers[a * narrow..a * narrow + n];
+            // Not in a closure, which would not have the instructions of the lanes.
+            let (without, with) = (self.told.condition::<L>(row, a), self.both.condition::<L>(row, a));
             nats += (0.5 * math::ln(without / with)).max(0.0);
         }
-        told.end();
-        both.end();
-        (nats, news)
+        self.told.end::<L>();
+        self.both.end::<L>();
+        nats
     }
 }
 
@@ -123,56 +220,57 @@ impl Means {
 const KNOWN: f64 = 1e-12;
 
 /// A covariance `G G'` that controls are told of, one after the other.
-struct Telling<'a> {
-    factor: &'a mut DMatrix<f64>,
-    /// The controls' rows of `K`, as columns.
-    rows: &'a DMatrix<f64>,
-    /// `G' K'`.
-    seen: DMatrix<f64>,
+struct Telling {
+    factor: Factor,
+    /// `G' K'`, in rows of m numbers in whole lanes.
+    seen: Vec<f64>,
+    /// How many of them.
+    controls: usize,
     /// Leading columns of `G` that are left out: rows of `seen`.
     out: usize,
     rounding: Rounding,
 }
 
-impl<'a> Telling<'a> {
-    fn of(factor: &'a mut DMatrix<f64>, rows: &'a DMatrix<f64>) -> Self {
-        let (seen, rounding) = (factor.tr_mul(rows), Rounding::of(factor));
-        Self { factor, rows, seen, out: 0, rounding }
+impl Telling {
+    fn new(Dimensions { states: n, controls: m, measurements: p }: Dimensions) -> Self {
+        let rounding = Rounding { sizes: vec![0.0; n], left: 0.0 };
+        let seen = vec![0.0; (n + p) * padded(m)];
+        Self { factor: Factor::zero(n, p, m), seen, controls: m, out: 0, rounding }
     }
 
-    fn seen(&self, a: usize) -> DVectorView<'_, f64> {
-        let len = self.seen.nrows() - self.out;
-        self.seen.generic_view((self.out, a), (Dyn(len), U1))
+    /// Before controls are told, for `K'`.
+    #[inline(always)]
+    fn begin<L: Lanes>(&mut self, feedback_transposed: &[f64], n: usize) {
+        let (columns, short) = (self.factor.transposed(), padded(self.controls));
+        let (left, right) = (Left::plain(columns.numbers, columns.stride), View::new(feedback_transposed, short));
+        let product = Product { left, right, rows: self.factor.count(), inner: n, width: short };
+        product.set::<L, Medium>(ViewMut::new(&mut self.seen, short));
+        self.out = 0;
+        self.rounding.begin(&self.factor);
     }
 
     fn variance(&self, a: usize) -> f64 {
-        self.seen(a).norm_squared()
+        let short = padded(self.controls);
+        (self.out..self.factor.count()).map(|k| self.seen[k * short + a] * self.seen[k * short + a]).sum()
     }
 
-    /// Conditions `G G'` on control `a` exactly: turns `G` so that one column alone bears on it, and leaves that out.
-    /// Returns the variance that the control had.
-    fn condition(&mut self, a: usize) -> f64 {
-        let mut normal = self.seen(a).into_owned();
-        let norm = normal.norm();
-        normal[0] += norm.copysign(normal[0]);
-        let scale = -2.0 / normal.norm_squared();
-        let (out, columns) = (self.out, normal.len());
-        let mut factor = self.factor.columns_mut(out, columns);
-        let turned = &factor * &normal;
-        factor.ger(scale, &turned, &normal, 1.0);
-        let mut seen = self.seen.rows_mut(out, columns);
-        let turned = seen.tr_mul(&normal);
-        seen.ger(scale, &normal, &turned, 1.0);
-        self.out += 1;
-        self.rounding.grow(self.rows.column(a), norm * norm);
-        norm * norm
+    /// Conditions `G G'` on control `a` exactly, of whose row of `K` one column alone bears on it after a turn, which is left
+    /// out. Returns the variance that the control had.
+    #[inline(always)]
+    fn condition<L: Lanes>(&mut self, row: &[f64], a: usize) -> f64 {
+        let variance = self.factor.bring_first::<L>(self.out, (&mut self.seen, a));
+        if variance > 0.0 {
+            self.out += 1;
+            self.rounding.grow(row, variance);
+        }
+        variance
     }
 
     /// Leaves in `G` what the controls have not told.
-    fn end(self) {
-        let kept = self.factor.ncols() - self.out;
-        *self.factor = self.factor.columns(self.out, kept).into_owned();
-        self.rounding.clear(self.factor);
+    #[inline(always)]
+    fn end<L: Lanes>(&mut self) {
+        self.factor.leave_out(self.out);
+        self.rounding.clear::<L>(&mut self.factor);
     }
 }
 
@@ -186,31 +284,24 @@ struct Rounding {
 }
 
 impl Rounding {
-    fn of(factor: &DMatrix<f64>) -> Self {
-        Self { sizes: factor.row_iter().map(|row| row.norm()).collect(), left: 0.0 }
+    fn begin(&mut self, factor: &Factor) {
+        factor.sizes(&mut self.sizes);
+        self.left = 0.0;
     }
 
     /// Once a row of this variance has been told: the less of the factor it bears on, the more it leaves.
-    fn grow(&mut self, row: DVectorView<f64>, variance: f64) {
+    fn grow(&mut self, row: &[f64], variance: f64) {
         let whole: f64 = row.iter().zip(&self.sizes).map(|(entry, size)| entry.abs() * size).sum();
         self.left += 16.0 * f64::EPSILON * whole / variance.sqrt();
     }
 
     /// Leaves out what is not above it.
-    fn clear(&self, factor: &mut DMatrix<f64>) {
-        if factor.is_empty() || self.left == 0.0 {
+    #[inline(always)]
+    fn clear<L: Lanes>(&mut self, factor: &mut Factor) {
+        if factor.count() == 0 || self.left == 0.0 {
             return;
         }
-        let scale = |i: usize| if self.sizes[i] > 0.0 { self.sizes[i] } else { 1.0 };
-        let scaled = DMatrix::from_fn(factor.nrows(), factor.ncols(), |i, j| factor[(i, j)] / scale(i));
-        let found = scaled.col_piv_qr();
-        let (q, r) = (found.q(), found.r());
-        let rank = (0..r.nrows()).take_while(|&k| r[(k, k)].abs() > self.left).count();
-        if rank < r.nrows() {
-            // With as many columns as the rank, as the derivatives count them: R R' of its first rows from a triangle.
-            let rows = r.rows(0, rank).transpose();
-            let kept = q.columns(0, rank) * rows.qr().r().transpose();
-            *factor = DMatrix::from_fn(kept.nrows(), kept.ncols(), |i, j| kept[(i, j)] * scale(i));
-        }
+        self.sizes.iter_mut().filter(|size| **size == 0.0).for_each(|size| *size = 1.0);
+        factor.leave_rounding_out::<L>(&self.sizes, self.left);
     }
 }

@@ -2,6 +2,7 @@
 
 mod control;
 mod control_adjoint;
+mod factor;
 
 use serde::Serialize;
 use supple_kernels::{Matrices, rows};

@@ -70,7 +70,8 @@ fn told_by(problem: &Problem, feedback: &[Dense], belief: &Belief) -> Vec<f64> {
 
 #[test]
 fn information_that_reaches_the_controls() {
-    for (seed, shape) in [(4, 2, 2), (1, 1, 1), (5, 1, 2), (3, 2, 5), (6, 3, 3), (4, 3, 1)].into_iter().enumerate() {
+    let shapes = [(4, 2, 2), (1, 1, 1), (5, 1, 2), (3, 2, 5), (6, 3, 3), (4, 3, 1), (2, 9, 1), (17, 3, 9), (9, 2, 17)];
+    for (seed, shape) in shapes.into_iter().enumerate() {
         let mut problem = Problem::random(shape, 5, 41 + seed as u64);
         if seed == 5 {
             problem = problem.picking(&[2], 1);

@@ -66,6 +66,9 @@ impl<'de, const N: usize> Deserialize<'de> for Track<N> {
     }
 }
 
+/// Powers of ten up to this one are exact.
+const EXACT_POWERS: usize = 22;
+
 /// Rounds to seven digits of the largest number.
 pub fn round(entries: &mut [f64]) {
     let finite = entries.iter().map(|entry| entry.abs()).filter(|entry| entry.is_finite());
@@ -73,9 +76,15 @@ pub fn round(entries: &mut [f64]) {
     if largest > 0.0 {
         // Digits after the point; more than 300 would be zeros of subnormal numbers.
         let digits = (6.0 - largest.log10().floor()).clamp(0.0, 300.0) as usize;
+        // To the number nearest to the decimal one, which has the fewest digits in files: quotients of exact numbers are
+        // that. Beyond the powers of ten that are exact it takes a way by text.
+        let power = (digits <= EXACT_POWERS).then(|| (0..digits).fold(1.0, |power, _| 10.0 * power));
         for entry in entries {
-            // By way of text, which gives the number nearest to the decimal one, and so the fewest digits in files.
-            *entry = format!("{entry:.digits$}").parse().unwrap_or(*entry) + 0.0;
+            let rounded = match power {
+                Some(power) => (*entry * power).round_ties_even() / power,
+                None => format!("{entry:.digits$}").parse().unwrap_or(*entry),
+            };
+            *entry = rounded + 0.0;
         }
     }
 }

@@ -135,7 +135,11 @@ fn evaluate_task(
     Error::check_stop()?;
     let monte_carlo = sampled((task, phi), options, state)?;
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
-    let mut information = information_report(task, phi, state)?;
+    let known = &*state;
+    let told = || information_report(task, phi, known);
+    let shown = || trajectory_report(task, phi, known, (options.seed, options.rollouts));
+    let (information, trajectory) = rayon::join(told, || options.trajectories.then(shown).transpose());
+    let (mut information, trajectory) = (information?, trajectory?);
     let counts = options.weights(problem).needed != 0.0;
     let mut law_remark = None;
     if options.needed || counts {
@@ -178,10 +182,7 @@ fn evaluate_task(
         monte_carlo,
         trust,
         controller: ControllerReport::of(&state.plan),
-        trajectory: match options.trajectories {
-            true => Some(trajectory_report(task, phi, state, (options.seed, options.rollouts))?),
-            false => None,
-        },
+        trajectory,
     })
 }
 

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
-use supple_kernels::math;
-use supple_kernels::{Matrices, rows};
+use supple_kernels::rows::{self, Left, Medium, Product, View, ViewMut, transpose};
+use supple_kernels::{Job, Lanes, Matrices, dispatch, math};
 
 use crate::pipeline::TaskState;
 use crate::problem::Task;
@@ -26,7 +26,6 @@ pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementRep
     let v = &state.noise.measurement;
     let p = v.rows();
     let independent = (0..v.count()).all(|t| (0..p).all(|i| (0..i).all(|j| v.get(t, i, j) == 0.0)));
-    let mut precision = inverse_diagonal(v, 0);
     let mut reports: Vec<MeasurementReport> = task
         .system
         .channels()
@@ -39,49 +38,105 @@ pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementRep
             saved_cost: Vec::new(),
         })
         .collect();
-    for t in 0..=task.steps {
-        let c = &state.plan.knots.measurement;
-        if t > 0 && !v.is_constant() {
-            precision = inverse_diagonal(v, t);
-        }
-        let innovation = innovation_covariance(state, t);
-        let given_all = inverse_diagonal(&innovation, 0);
-        for (i, report) in reports.iter_mut().enumerate() {
-            report.alone_nats.push(0.5 * math::ln(innovation.get(0, i, i) / v.get(t, i, i)));
-            let shared = precision.as_ref().zip(given_all.as_ref());
-            let ratio = shared.map_or(f64::NAN, |(v, s)| v[i] / s[i]);
-            report.beyond_others_nats.push(0.5 * math::ln(ratio));
-            if independent && t < task.steps {
-                let xi = &state.plan.policy.value_of_information;
-                report.saved_cost.push(saved(&state.belief.corrected, c, xi, (t, i, v.get(t, i, i))));
-            }
-        }
-    }
+    dispatch(AlongPlan { state, independent, reports: &mut reports });
     reports
 }
 
-/// `C P C' + V` at a step.
-fn innovation_covariance(state: &TaskState, t: usize) -> Matrices {
-    let (c, predicted, v) = (&state.plan.knots.measurement, &state.belief.predicted, &state.noise.measurement);
-    let (p, n) = (v.rows(), predicted.rows());
-    let mut innovation = Matrices::zeros(1, p, p);
-    for i in 0..p {
-        let row: Vec<f64> = (0..n).map(|b| (0..n).map(|a| c.get(t, i, a) * predicted.get(t, a, b)).sum()).collect();
-        for j in 0..p {
-            let sum: f64 = (0..n).map(|b| row[b] * c.get(t, j, b)).sum();
-            innovation.set(0, i, j, sum + v.get(t, i, j));
-        }
-    }
-    innovation
+/// What each measurement gives at every step.
+struct AlongPlan<'a> {
+    state: &'a TaskState,
+    /// Whether noises of measurements are.
+    independent: bool,
+    reports: &'a mut [MeasurementReport],
 }
 
-/// `1/2 Tr(Xi (Sigma' - Sigma))`: without the measurement, `Sigma' = Sigma + s s' / (v - c' s)` with `s = Sigma c`.
-fn saved(corrected: &Matrices, c: &Matrices, xi: &Matrices, (t, measurement, variance): (usize, usize, f64)) -> f64 {
-    let n = corrected.rows();
-    let s: Vec<f64> = (0..n).map(|a| (0..n).map(|b| corrected.get(t, a, b) * c.get(t, measurement, b)).sum()).collect();
-    let seen: f64 = (0..n).map(|a| c.get(t, measurement, a) * s[a]).sum();
-    let weighted: f64 = (0..n).map(|a| (0..n).map(|b| s[a] * xi.get(t, a, b) * s[b]).sum::<f64>()).sum();
-    0.5 * weighted / (variance - seen)
+impl Job for AlongPlan<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { state, independent, reports } = self;
+        let (v, c, xi) =
+            (&state.noise.measurement, &state.plan.knots.measurement, &state.plan.policy.value_of_information);
+        let mut work = Work::new(v.rows(), c.cols());
+        let steps = state.belief.predicted.count() - 1;
+        let mut precision = inverse_diagonal(v, 0);
+        for t in 0..=steps {
+            if t > 0 && !v.is_constant() {
+                precision = inverse_diagonal(v, t);
+            }
+            let innovation = work.innovation_covariance::<L>(c.at(t), state.belief.predicted.at(t), v.at(t));
+            let given_all = inverse_diagonal(innovation, 0);
+            for (i, report) in reports.iter_mut().enumerate() {
+                report.alone_nats.push(0.5 * math::ln(innovation.get(0, i, i) / v.get(t, i, i)));
+                let shared = precision.as_ref().zip(given_all.as_ref());
+                let ratio = shared.map_or(f64::NAN, |(v, s)| v[i] / s[i]);
+                report.beyond_others_nats.push(0.5 * math::ln(ratio));
+            }
+            if independent && t < steps {
+                work.weigh::<L>(c.at(t), state.belief.corrected.at(t), xi.at(t));
+                for (i, report) in reports.iter_mut().enumerate() {
+                    report.saved_cost.push(work.saved(i, c.at(t), v.get(t, i, i)));
+                }
+            }
+        }
+    }
+}
+
+/// Matrices of one step.
+struct Work {
+    /// `C P` or `C Sigma`, and `C Sigma Xi`, p x n.
+    seen: Matrices,
+    weighted: Matrices,
+    /// `C'`, n x p.
+    transposed: Matrices,
+    /// `C P C' + V`, p x p.
+    innovation: Matrices,
+}
+
+impl Work {
+    fn new(p: usize, n: usize) -> Self {
+        let [seen, weighted] = [(); 2].map(|()| Matrices::constant(p, n));
+        Self { seen, weighted, transposed: Matrices::constant(n, p), innovation: Matrices::constant(p, p) }
+    }
+
+    /// `C P C' + V`
+    #[inline(always)]
+    fn innovation_covariance<L: Lanes>(&mut self, c: &[f64], predicted: &[f64], v: &[f64]) -> &Matrices {
+        let Self { seen, transposed, innovation, .. } = self;
+        let (p, n, narrow, small) = (seen.rows(), seen.cols(), seen.stride(), innovation.stride());
+        multiply::<L>(seen, c, predicted, n);
+        let to = ViewMut::new(transposed.as_mut_slice(), small);
+        transpose::<L, Medium>(to, View::new(c, narrow), (p, n));
+        let (left, right) = (Left::plain(seen.as_slice(), narrow), View::new(transposed.as_slice(), small));
+        let product = Product { left, right, rows: p, inner: n, width: small };
+        product.add_to::<L, Medium>(View::new(v, small), ViewMut::new(innovation.as_mut_slice(), small));
+        innovation
+    }
+
+    /// What each measurement sees of the belief, and the value of knowing that.
+    #[inline(always)]
+    fn weigh<L: Lanes>(&mut self, c: &[f64], corrected: &[f64], xi: &[f64]) {
+        let n = self.seen.cols();
+        multiply::<L>(&mut self.seen, c, corrected, n);
+        multiply::<L>(&mut self.weighted, self.seen.as_slice(), xi, n);
+    }
+
+    /// `1/2 Tr(Xi (Sigma' - Sigma))`: without the measurement, `Sigma' = Sigma + s s' / (v - c' s)` with `s = Sigma c`.
+    fn saved(&self, measurement: usize, c: &[f64], variance: f64) -> f64 {
+        let stride = self.seen.stride();
+        let row = measurement * stride..(measurement + 1) * stride;
+        let s = &self.seen.as_slice()[row.clone()];
+        0.5 * rows::dot(s, &self.weighted.as_slice()[row.clone()]) / (variance - rows::dot(s, &c[row]))
+    }
+}
+
+/// `out = left right`, `right` n x n.
+#[inline(always)]
+fn multiply<L: Lanes>(out: &mut Matrices, left: &[f64], right: &[f64], n: usize) {
+    let (rows, width) = (out.rows(), out.stride());
+    let product = Product { left: Left::plain(left, width), right: View::new(right, width), rows, inner: n, width };
+    product.set::<L, Medium>(ViewMut::new(out.as_mut_slice(), width));
 }
 
 /// The diagonal of the inverse of one of these positive definite matrices, `L L'`: the columns of `L^-1`, squared and
