@@ -386,6 +386,9 @@ class FinerSteps(Record):
         own_cost_mean: Mean cost of the roll-outs with the same numbers on the task's own steps.
         median_difference: Median of the differences between the two.
         difference_standard_error: Standard error of the mean difference.
+        consistency: Whether the covariance of the filter, which is that of the task's own steps, is that of its errors.
+        realised_bits: Information that the measurements gave, as this filter counts it.
+        bits_difference: That minus the bits of the roll-outs with the same numbers on the task's own steps.
     """
 
     times: int
@@ -395,6 +398,9 @@ class FinerSteps(Record):
     own_cost_mean: float
     median_difference: float
     difference_standard_error: float
+    consistency: Consistency | None = None
+    realised_bits: Estimate | None = None
+    bits_difference: Estimate | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

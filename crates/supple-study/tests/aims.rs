@@ -183,21 +183,24 @@ fn designs_of_the_door_for_the_three_are_as_shown() {
     assert_steps_shown(&task, [&report.start, &report.optimum]);
 }
 
-/// The steps of the door are short enough for its start; its optimum, at which a joint turns fast, has a controller that a
-/// machine could run, with nearly the same numbers, if they are divided.
+/// The steps of the door are too long for the filter at its start, and for the controller at its optimum, at which a joint
+/// turns fast; divided, they are short enough for both, with nearly the same numbers.
 fn assert_steps_shown(task: &LoadedTask, [start, optimum]: [&Evaluation; 2]) {
     let path = repository("tasks/iiwa_door.toml");
     let text = std::fs::read_to_string(&path).unwrap().replace("[model]\n", "[model]\nsubsteps = 8\n");
     let divided = supple_file::parse(&text, path.to_str().unwrap()).unwrap();
-    let phi: Vec<f64> =
-        task.problem.parameters.names().iter().map(|name| optimum.parameters.get(name).unwrap()).collect();
     let options = EvaluateOptions { rollouts: 32, seed: task.problem.design.seed, ..Default::default() };
-    let divided = divided.evaluate(&phi, &options).unwrap();
+    let [divided_start, divided_optimum] = [start, optimum].map(|at| {
+        let names = task.problem.parameters.names();
+        let phi: Vec<f64> = names.iter().map(|name| at.parameters.get(name).unwrap()).collect();
+        divided.evaluate(&phi, &options).unwrap()
+    });
     let mut rows = Vec::new();
     for (what, substeps, at, verdict) in [
-        ("start", 1, start, Verdict::Holds),
+        ("start", 1, start, Verdict::Doubtful),
+        ("start", 8, &divided_start, Verdict::Holds),
         ("optimum", 1, optimum, Verdict::Broken),
-        ("optimum", 8, &divided, Verdict::Holds),
+        ("optimum", 8, &divided_optimum, Verdict::Holds),
     ] {
         let of_task = |task: &TaskEvaluation| {
             assert_eq!(task.trust.as_ref().unwrap().verdict, verdict, "{what}, {substeps}: {:?}", task.trust);

@@ -147,6 +147,11 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
         };
         return Some(format!("{advice}: the time step of {name} is too large for the stiff parts of the model"));
     }
+    if let Some(substeps) = task.trust.as_ref().and_then(|trust| trust.substeps_advised) {
+        return Some(format!(
+            "`substeps = {substeps}` in [model]: the steps of {name} hide what roll-outs on finer ones show"
+        ));
+    }
     let is_wanted = |name: &str| task.warnings.iter().any(|text| text.contains(&format!("`{name}`")));
     if let Some(contact) = task.contacts.iter().find(|contact| !contact.touches && is_wanted(&contact.name)) {
         return Some(format!(

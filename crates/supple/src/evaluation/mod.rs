@@ -198,7 +198,7 @@ fn sampled(
     let rollouts = Rollouts { count: options.rollouts, seed: options.seed };
     let mut sampled = monte_carlo(task, phi, &state.plan, &state.noise, state.cost.expected(), rollouts)?;
     let world = World { phi, noise: &state.noise };
-    sampled.finer = on_finer_steps((task, &state.plan), world, options.seed, &sampled.costs)?;
+    sampled.finer = on_finer_steps((task, &state.plan), world, options.seed, &sampled)?;
     Ok(Some(sampled))
 }
 

@@ -7,7 +7,7 @@ use supple_model::ContactReport;
 
 use crate::plan::PlanStatus;
 use crate::settings::MOST_ROLLOUTS;
-use crate::simulate::{FinerSteps, MonteCarlo};
+use crate::simulate::{Consistency, FinerSteps, MonteCarlo};
 
 /// Differences below this share of a prediction do not matter.
 const TOLERATED: f64 = 0.1;
@@ -103,7 +103,7 @@ impl Trust {
             return Self { verdict: Verdict::Broken, reasons: broken, rollouts_needed, substeps_advised };
         }
         let substeps = SUBSTEPS * substeps.unwrap_or(1);
-        let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, finer, substeps));
+        let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, (sampled, finer), substeps));
         let substeps_advised = coarse.as_ref().map(|_| substeps);
         let of_limit = limit_exceeded(predicted, sampled);
         let broken_by_steps = coarse.as_ref().filter(|(verdict, _)| *verdict == Verdict::Broken);
@@ -138,8 +138,13 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
     })
 }
 
-/// What is wrong where the same roll-outs do not cost the same on a plant of finer steps, and what to try.
-fn too_coarse(predicted: &Predicted, finer: &FinerSteps, substeps: usize) -> Option<(Verdict, String)> {
+/// What is wrong where the same roll-outs do not cost the same on a plant of finer steps, or the filter does not expect what
+/// it measures there, and what to try.
+fn too_coarse(
+    predicted: &Predicted,
+    (sampled, finer): (&MonteCarlo, &FinerSteps),
+    substeps: usize,
+) -> Option<(Verdict, String)> {
     let &FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = finer;
     let advice = format!("try `substeps = {substeps}` in [model], or a smaller `time_step`");
     if diverged > 0 {
@@ -158,7 +163,29 @@ fn too_coarse(predicted: &Predicted, finer: &FinerSteps, substeps: usize) -> Opt
     let costs =
         format!("roll-outs cost {cost_mean:.4} on a plant of {times} times finer steps, but {own_cost_mean:.4}");
     let limit = if exceeds { ", which exceeds the limit" } else { "" };
-    (mean_differs || most_differ).then(|| (verdict, format!("{costs} on the steps of this task{limit}; {advice}")))
+    if mean_differs || most_differ {
+        return Some((verdict, format!("{costs} on the steps of this task{limit}; {advice}")));
+    }
+    let own = sampled.consistency?.mean;
+    let consistency = finer.consistency.filter(is_inconsistent)?.mean;
+    if (consistency - own).abs() <= INCONSISTENT {
+        return None;
+    }
+    let bits = finer.realised_bits.zip(finer.bits_difference).map(|(bits, more)| {
+        format!(", and it takes {:.4} bits from measurements in place of {:.4}", bits.mean, bits.mean - more.mean)
+    });
+    let what = format!(
+        "the filter's squared innovations are {consistency:.3} times their expected value on a plant of {times} times \
+         finer steps{}: its model of a step lacks what the robot does within one",
+        bits.unwrap_or_default()
+    );
+    Some((Verdict::Doubtful, format!("{what}; {advice}, or a less precise sensor")))
+}
+
+/// Whether squared innovations are not those that a filter expects, by more than chance and more than what is tolerated.
+fn is_inconsistent(found: &Consistency) -> bool {
+    let outside = found.mean < found.lower_95 || found.mean > found.upper_95;
+    outside && (found.mean - 1.0).abs() > INCONSISTENT
 }
 
 /// By how much the sampled cost may be off by chance, and by how much it may differ from the predicted one.
@@ -215,20 +242,17 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
              costs and contacts with more smoothing"
         ));
     }
-    if let Some(consistency) = sampled.consistency {
-        let outside = consistency.mean < consistency.lower_95 || consistency.mean > consistency.upper_95;
-        if outside && (consistency.mean - 1.0).abs() > INCONSISTENT {
-            let (way, cause) = if consistency.mean > 1.0 {
-                ("overconfident", "measurements or dynamics are nonlinear within the filter's uncertainty")
-            } else {
-                ("underconfident", "measurements or dynamics are less sensitive away from the plan")
-            };
-            reasons.push(format!(
-                "the filter is {way}: its squared innovations are {:.3} times their expected value; {cause}. Try less \
-                 initial uncertainty, or a sensor that measures the uncertain states",
-                consistency.mean
-            ));
-        }
+    if let Some(consistency) = sampled.consistency.filter(is_inconsistent) {
+        let (way, cause) = if consistency.mean > 1.0 {
+            ("overconfident", "measurements or dynamics are nonlinear within the filter's uncertainty")
+        } else {
+            ("underconfident", "measurements or dynamics are less sensitive away from the plan")
+        };
+        reasons.push(format!(
+            "the filter is {way}: its squared innovations are {:.3} times their expected value; {cause}. Try less \
+             initial uncertainty, or a sensor that measures the uncertain states",
+            consistency.mean
+        ));
     }
     if let Some(bits) = sampled.realised_bits {
         let (off, error) = ((bits.mean - predicted.bits).abs(), CHANCE * bits.standard_error);

@@ -3,7 +3,7 @@
 use supple_kernels::{Matrices, Scratch};
 use supple_model::system::{Points, Times};
 
-use super::{BATCH, FinerSteps, LoopSetting, NoiseFactors, Outcome, Rollouts, Truth, World, in_batches};
+use super::{BATCH, FinerSteps, LoopSetting, MonteCarlo, NoiseFactors, Outcome, Rollouts, Truth, World, in_batches};
 use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
@@ -11,8 +11,8 @@ use crate::problem::Task;
 /// Steps of the plant in one of the task's.
 const TIMES: usize = 16;
 
-/// Repeats the first of the roll-outs on a plant of finer steps, given what they cost. None of models that do not choose how
-/// finely a step is integrated, and where one of these roll-outs diverged.
+/// Repeats the first of the roll-outs on a plant of finer steps. None of models that do not choose how finely a step is
+/// integrated, and where one of these roll-outs diverged.
 ///
 /// # Errors
 /// Where a covariance is indefinite.
@@ -20,9 +20,10 @@ pub(crate) fn on_finer_steps(
     (task, plan): (&Task, &Plan),
     world: World,
     seed: u64,
-    own_costs: &[f64],
+    sampled: &MonteCarlo,
 ) -> Result<Option<FinerSteps>, Error> {
-    let own = &own_costs[..own_costs.len().min(BATCH)];
+    let first = |all: &[f64]| all[..all.len().min(BATCH)].to_vec();
+    let (own, own_bits) = (first(&sampled.costs), first(&sampled.bits));
     let (system, World { phi, .. }) = (&*task.system, world);
     if system.substeps().is_none() || own.iter().any(|cost| !cost.is_finite()) {
         return Ok(None);
@@ -45,5 +46,5 @@ pub(crate) fn on_finer_steps(
     let batch = own.len().div_ceil(rayon::current_num_threads()).max(1);
     let rollouts = Rollouts { count: own.len(), seed };
     let outcomes: Vec<Outcome> = in_batches(setting, rollouts, batch, |closed| closed.outcomes)?.concat();
-    Ok(Some(FinerSteps::of(TIMES, &outcomes, own)))
+    Ok(Some(FinerSteps::of((task, TIMES), &outcomes, (&own, &own_bits))))
 }

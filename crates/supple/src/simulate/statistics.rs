@@ -62,6 +62,9 @@ pub struct MonteCarlo {
     /// Cost of every roll-out.
     #[serde(skip)]
     pub costs: Vec<f64>,
+    /// Bits of every roll-out, of which [`realised_bits`](Self::realised_bits) is the mean; empty where that is none.
+    #[serde(skip)]
+    pub bits: Vec<f64>,
 }
 
 /// Roll-outs whose plant takes finer steps than the task: its own, and those of its controller and filter, are as long as
@@ -86,6 +89,16 @@ pub struct FinerSteps {
     /// Standard error of the mean difference; NaN of a single roll-out.
     #[serde(deserialize_with = "or_nan")]
     pub difference_standard_error: f64,
+    /// Whether the filter's covariance, which is that of the task's own steps, is that of its errors; none in results of
+    /// versions that did not look, and where a roll-out diverged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub consistency: Option<Consistency>,
+    /// Information that the measurements gave, in bits, as this filter counts it: what it does not expect is in it; none in results of versions that did not look, and where [`MonteCarlo::realised_bits`] has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realised_bits: Option<Estimate>,
+    /// That less the bits of the roll-outs of the same numbers on the task's own steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bits_difference: Option<Estimate>,
 }
 
 /// The normalised innovation squared `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the
@@ -128,6 +141,17 @@ pub struct TouchShare {
     pub share: f64,
 }
 
+impl Consistency {
+    /// None where nothing is measured.
+    fn of(task: &Task, outcomes: &[Outcome]) -> Option<Self> {
+        let measured = task.system.dimensions().measurements * (task.steps + 1);
+        let squared = Estimate::of(outcomes.iter().map(|outcome| outcome.squared / measured as f64));
+        // A sum of k squares of normal numbers has variance 2 k.
+        let scatter = NORMAL_95 * (2.0 / (measured * outcomes.len()) as f64).sqrt();
+        (measured > 0).then_some(Self { mean: squared.mean, lower_95: 1.0 - scatter, upper_95: 1.0 + scatter })
+    }
+}
+
 impl Estimate {
     fn of(samples: impl Iterator<Item = f64> + Clone) -> Self {
         let count = samples.clone().count() as f64;
@@ -141,8 +165,8 @@ impl Estimate {
 }
 
 impl FinerSteps {
-    /// Outcomes on a plant of so many times finer steps beside costs on the task's own.
-    pub(crate) fn of(times: usize, outcomes: &[Outcome], own: &[f64]) -> Self {
+    /// Outcomes on a plant of so many times finer steps beside costs and bits on the task's own.
+    pub(crate) fn of((task, times): (&Task, usize), outcomes: &[Outcome], (own, own_bits): (&[f64], &[f64])) -> Self {
         let count = own.len() as f64;
         let mean = |costs: &mut dyn Iterator<Item = f64>| costs.sum::<f64>() / count;
         let differences = || outcomes.iter().zip(own).map(|(finer, own)| finer.cost - own);
@@ -150,14 +174,20 @@ impl FinerSteps {
         let squares: f64 = differences().map(|found| (found - difference).powi(2)).sum();
         let mut sorted: Vec<f64> = differences().collect();
         sorted.sort_by(f64::total_cmp);
+        let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
+        let bits = || outcomes.iter().zip(own_bits).map(|(finer, own)| (finer.nats / LN_2, own));
+        let has_bits = diverged == 0 && own_bits.len() > 1;
         Self {
             times,
             median_difference: sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN),
             rollouts: own.len(),
-            diverged: outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count(),
+            diverged,
             cost_mean: mean(&mut outcomes.iter().map(|outcome| outcome.cost)),
             own_cost_mean: mean(&mut own.iter().copied()),
             difference_standard_error: if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN },
+            consistency: Consistency::of(task, outcomes).filter(|_| diverged == 0),
+            realised_bits: has_bits.then(|| Estimate::of(bits().map(|(finer, _)| finer))),
+            bits_difference: has_bits.then(|| Estimate::of(bits().map(|(finer, own)| finer - own))),
         }
     }
 }
@@ -168,12 +198,8 @@ impl MonteCarlo {
         let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
         let cost = Estimate::of(outcomes.iter().map(|outcome| outcome.cost));
         let whole = diverged == 0;
-        let measured = task.system.dimensions().measurements * (task.steps + 1);
-        let squared = Estimate::of(outcomes.iter().map(|outcome| outcome.squared / measured as f64));
-        // A sum of k squares of normal numbers has variance 2 k.
-        let scatter = NORMAL_95 * (2.0 / (measured * rollouts) as f64).sqrt();
-        let consistency = Consistency { mean: squared.mean, lower_95: 1.0 - scatter, upper_95: 1.0 + scatter };
-        let bits = Estimate::of(outcomes.iter().map(|outcome| outcome.nats / LN_2));
+        let has_bits = whole && rollouts > 1 && task.noise.varying.is_empty();
+        let bits = || outcomes.iter().map(|outcome| outcome.nats / LN_2);
         let touched = task.system.contacts().into_iter().enumerate().map(|(place, contact)| {
             let count = outcomes.iter().filter(|outcome| outcome.touched[place]).count();
             TouchShare { name: contact.name, share: count as f64 / rollouts as f64 }
@@ -186,10 +212,11 @@ impl MonteCarlo {
             cost_standard_error: cost.standard_error,
             cost_interval_95: cost.interval_95,
             difference: cost.mean - predicted,
-            consistency: (whole && measured > 0).then_some(consistency),
-            realised_bits: (whole && rollouts > 1 && task.noise.varying.is_empty()).then_some(bits),
+            consistency: Consistency::of(task, &outcomes).filter(|_| whole),
+            realised_bits: has_bits.then(|| Estimate::of(bits())),
             touched: touched.collect(),
             finer: None,
+            bits: if has_bits { bits().collect() } else { Vec::new() },
             costs: outcomes.into_iter().map(|outcome| outcome.cost).collect(),
         }
     }

@@ -111,8 +111,32 @@ fn controllers_that_only_the_steps_of_a_task_stabilise_are_broken() {
         let finer = at.tasks[0].monte_carlo.as_ref().unwrap().finer.as_ref().unwrap();
         assert_eq!(trust.verdict, verdict, "{trust} {finer:?}");
         assert!(trust.to_string().contains(says), "{trust}");
-        assert_eq!(trust.to_string().contains("finer steps"), weight != "1e-2" || steps.starts_with("100"), "{trust}");
+        assert!(trust.to_string().contains("finer steps"), "{trust}");
     }
+}
+
+/// The motor of the elbow moves within a step, which its precise sensor sees and its filter does not expect: MuJoCo finds a
+/// consistency of 2.7 to 2.9 and 657 to 708 bits (docs/validation.md). Sub-steps mend the filter.
+#[test]
+fn filters_that_lack_what_happens_within_a_step_are_doubtful() {
+    let path = common::repository("tasks/elastic_elbow.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let at = |model: &str| {
+        let problem = supple_file::parse(&text.replace("[model]\n", model), path.to_str().unwrap()).unwrap();
+        let options = EvaluateOptions { rollouts: 256, ..Default::default() };
+        let task = problem.evaluate(&problem.parameters.initial(), &options).unwrap().tasks.swap_remove(0);
+        let finer = task.monte_carlo.unwrap().finer.unwrap();
+        (task.trust.unwrap(), finer.consistency.unwrap().mean, finer.realised_bits.unwrap().mean)
+    };
+    let (trust, consistency, bits) = at("[model]\n");
+    assert_eq!((trust.verdict, trust.substeps_advised), (Verdict::Doubtful, Some(8)), "{trust}");
+    assert!((2.6..3.0).contains(&consistency) && (600.0..750.0).contains(&bits), "{consistency} {bits}");
+    let said =
+        format!("squared innovations are {consistency:.3} times their expected value on a plant of 16 times finer");
+    assert!(trust.to_string().contains(&said), "{trust}");
+    let (trust, consistency, bits) = at("[model]\nsubsteps = 8\n");
+    assert!(trust.substeps_advised.is_none() && !trust.to_string().contains("finer steps"), "{trust}");
+    assert!(consistency < 1.1 && bits < 220.0, "{consistency} {bits}");
 }
 
 /// Where the costs of roll-outs differ a lot, 18446744073709551615 of them were recommended.
