@@ -22,8 +22,7 @@ pub(crate) fn on_finer_steps(
     seed: u64,
     sampled: &MonteCarlo,
 ) -> Result<Option<FinerSteps>, Error> {
-    let first = |all: &[f64]| all[..all.len().min(BATCH)].to_vec();
-    let (own, own_bits) = (first(&sampled.costs), first(&sampled.bits));
+    let [own, own_bits] = [&sampled.costs, &sampled.bits].map(|all| &all[..all.len().min(BATCH)]);
     let (system, World { phi, .. }) = (&*task.system, world);
     if system.substeps().is_none() || own.iter().any(|cost| !cost.is_finite()) {
         return Ok(None);
@@ -46,5 +45,5 @@ pub(crate) fn on_finer_steps(
     let batch = own.len().div_ceil(rayon::current_num_threads()).max(1);
     let rollouts = Rollouts { count: own.len(), seed };
     let outcomes: Vec<Outcome> = in_batches(setting, rollouts, batch, |closed| closed.outcomes)?.concat();
-    Ok(Some(FinerSteps::of((task, TIMES), &outcomes, (&own, &own_bits))))
+    Ok(Some(FinerSteps::of((task, TIMES), &outcomes, (own, own_bits))))
 }

@@ -93,7 +93,8 @@ pub struct FinerSteps {
     /// versions that did not look, and where a roll-out diverged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consistency: Option<Consistency>,
-    /// Information that the measurements gave, in bits, as this filter counts it: what it does not expect is in it; none in results of versions that did not look, and where [`MonteCarlo::realised_bits`] has none.
+    /// Information that the measurements gave, in bits, as this filter counts it: what it does not expect is in it; none in
+    /// results of versions that did not look, and where [`MonteCarlo::realised_bits`] has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub realised_bits: Option<Estimate>,
     /// That less the bits of the roll-outs of the same numbers on the task's own steps.
@@ -170,8 +171,6 @@ impl FinerSteps {
         let count = own.len() as f64;
         let mean = |costs: &mut dyn Iterator<Item = f64>| costs.sum::<f64>() / count;
         let differences = || outcomes.iter().zip(own).map(|(finer, own)| finer.cost - own);
-        let difference = mean(&mut differences());
-        let squares: f64 = differences().map(|found| (found - difference).powi(2)).sum();
         let mut sorted: Vec<f64> = differences().collect();
         sorted.sort_by(f64::total_cmp);
         let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
@@ -184,7 +183,7 @@ impl FinerSteps {
             diverged,
             cost_mean: mean(&mut outcomes.iter().map(|outcome| outcome.cost)),
             own_cost_mean: mean(&mut own.iter().copied()),
-            difference_standard_error: if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN },
+            difference_standard_error: Estimate::of(differences()).standard_error,
             consistency: Consistency::of(task, outcomes).filter(|_| diverged == 0),
             realised_bits: has_bits.then(|| Estimate::of(bits().map(|(finer, _)| finer))),
             bits_difference: has_bits.then(|| Estimate::of(bits().map(|(finer, own)| finer - own))),
