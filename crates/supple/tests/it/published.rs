@@ -1,5 +1,6 @@
 //! Every crate that is published says what it is, and the libraries need no file formats.
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -47,16 +48,19 @@ fn every_crate_says_what_it_is() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// What `cargo tree` says of dependencies, a line each.
+fn tree(which: &[&str]) -> Result<String, Box<dyn Error>> {
+    let mut tree = Command::new(env!("CARGO"));
+    let tree = tree.args(["tree", "--locked", "--prefix", "none"]).args(which).current_dir(CRATES).output()?;
+    assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
+    Ok(String::from_utf8(tree.stdout)?)
+}
+
 /// Formats of files are for the crates that read and write files.
 #[test]
 fn the_libraries_depend_on_no_file_formats() -> Result<(), Box<dyn Error>> {
     for name in ["supple-kernels", "supple-lqg", "supple-robot", "supple-model", "supple"] {
-        let tree = Command::new(env!("CARGO"))
-            .args(["tree", "--locked", "--package", name, "--edges", "normal", "--prefix", "none", "--format", "{p}"])
-            .current_dir(CRATES)
-            .output()?;
-        assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
-        let tree = String::from_utf8(tree.stdout)?;
+        let tree = tree(&["--package", name, "--edges", "normal", "--format", "{p}"])?;
         let packages: Vec<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
         assert!(packages.first() == Some(&name) && packages.len() > 2, "{name}: {packages:?}");
         for format in ["toml", "csv", "schemars"] {
@@ -66,5 +70,21 @@ fn the_libraries_depend_on_no_file_formats() -> Result<(), Box<dyn Error>> {
             );
         }
     }
+    Ok(())
+}
+
+/// The package for Python is built after the tests: what it depends on has the features that it has in their build, so that
+/// nothing is built twice.
+#[test]
+fn the_package_for_python_shares_the_build_of_the_tests() -> Result<(), Box<dyn Error>> {
+    let packages = |which: &[&str]| -> Result<BTreeSet<String>, Box<dyn Error>> {
+        let lines = tree(&[which, &["--no-dedupe", "--format", "{p} {f}"]].concat())?;
+        Ok(lines.lines().map(|line| line.trim().to_owned()).collect())
+    };
+    let tests = packages(&["--workspace", "--edges", "normal,build,dev"])?;
+    let package = packages(&["--package", "supple-py", "--edges", "normal,build"])?;
+    assert!(package.len() > 100, "{package:?}");
+    let differ: Vec<&String> = package.difference(&tests).collect();
+    assert!(differ.is_empty(), "built again, with other features; give supple-py those of the tests: {differ:#?}");
     Ok(())
 }
