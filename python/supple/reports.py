@@ -387,7 +387,7 @@ class FinerSteps(Record):
         median_difference: Median of the differences between the two.
         difference_standard_error: Standard error of the mean difference.
         consistency: Whether the covariance of the filter, which is that of the task's own steps, is that of its errors.
-        realised_bits: Information that the measurements gave, as this filter counts it.
+        realised_bits: Information that the measurements gave to a filter of finer steps, which does not control.
         bits_difference: That minus the bits of the roll-outs with the same numbers on the task's own steps.
     """
 

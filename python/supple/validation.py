@@ -23,14 +23,15 @@ class SampledLoop(Record):
         cost_mean: Mean cost; infinite if a roll-out diverged.
         cost_interval_95: 95 % confidence interval of the expected cost, from the standard error, (2,).
         cost_median: Median cost.
-        realised_bits: Mean measured information, bits; ``None`` if a roll-out diverged, or if measurement noise depends on the
-            state.
+        realised_bits: Mean measured information, bits: on MuJoCo, by a filter that takes finer steps than the one that
+            controls; ``None`` if a roll-out diverged, or if measurement noise depends on the state.
         realised_bits_interval_95: 95 % confidence interval of its expectation, (2,); empty if there is none.
         consistency: Whether the filter's covariance matches its errors; ``None`` if a roll-out diverged.
         touched: Share of the roll-outs in which each contact touched, by name.
         diverged: Number of roll-outs that diverged.
         ends_well: Share of the roll-outs whose final state agrees with the plan's, each entry within
-            :data:`supple.mujoco.ENDS_WELL` times the standard deviation that the plan predicts.
+            :data:`supple.mujoco.ENDS_WELL` times the standard deviation that the plan predicts and a tenth of the range that
+            the entry has in the plan.
     """
 
     cost_mean: float

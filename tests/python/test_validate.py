@@ -201,5 +201,8 @@ def test_the_documentation_has_these_numbers(wiping: supple.validation.Validatio
             assert row[3] == f"{task.predicted_cost:.4g}" and row[5] == f"{task.predicted_bits:.4g}"
             mean, half = map(float, row[4].split(" ± "))
             assert abs(loop.cost_mean - mean) <= half + 0.5 * np.ptp(loop.cost_interval_95)
+            bits, half = map(float, row[6].split(" ± "))
+            assert loop.realised_bits is not None
+            assert abs(loop.realised_bits - bits) <= half + 0.5 * np.ptp(loop.realised_bits_interval_95)
             assert loop.consistency is not None
             assert loop.consistency.mean == pytest.approx(float(row[7].split(" ± ")[0]), rel=0.15)

@@ -27,10 +27,13 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
         let cost = if diverged == 0 { number(cost_mean) } else { "none".to_owned() };
         rows.push(("cost on finer steps", cost, note));
         if let (Some(bits), Some(more)) = (finer.realised_bits, finer.bits_difference) {
-            let consistency = finer.consistency.map(|found| format!("; filter consistency {:.3}", found.mean));
             let own = number(bits.mean - more.mean);
-            let note = format!("{own} on the task's steps{}", consistency.unwrap_or_default());
+            let note = format!("by a filter of finer steps; {own} on the task's steps");
             rows.push(("bits on finer steps", number(bits.mean), note));
+        }
+        if let Some(found) = finer.consistency {
+            let note = "of the task's filter on finer steps".to_owned();
+            rows.push(("consistency there", format!("{:.3}", found.mean), note));
         }
     }
     if let Some(found) = sampled.consistency {

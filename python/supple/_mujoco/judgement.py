@@ -20,6 +20,8 @@ DOUBTFUL, BROKEN = 1.5, 10.0
 DEARER, MUCH_DEARER = 0.25, 10.0
 #: Times of the predicted information that is worth a word.
 MORE_BITS = 2.0
+#: Share of supple's own roll-outs that end well of which MuJoCo's may fall short without a word.
+FEWER_END_WELL = 0.1
 #: Sub-steps are enough where the errors of steps make innovations so little larger, relative to what the filter expects.
 SMALL = 0.05
 #: How many times the closed loop may amplify these errors in choosing sub-steps; beyond that it is another loop.
@@ -109,9 +111,9 @@ class Moves:
             total += float(innovation @ weighed) / len(innovation)
         return total / steps
 
-    def cause(self, excess: float, bits: float) -> str:
+    def cause(self, excess: float) -> str:
         """Which of what may differ does, by most, and what to do; ``excess`` is by how much innovations in closed loop are
-        larger than the filter expects, ``bits`` is the predicted information."""
+        larger than the filter expects."""
         states, controls = sampled(self.plan)
         at = states[self.points], controls[self.points]
         by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
@@ -121,11 +123,7 @@ class Moves:
         while 2 * counts[-1] <= min(MOST * self.substeps, MOST_SUBSTEPS):
             counts.append(2 * counts[-1])
         whole = self._size(by_mujoco - coarse + varied)
-        # The square of an innovation is half as many nats: an excess that adds a quarter to the predicted bits at most.
-        measured = len(self.plan.controls) * self.plan.C.shape[1]
-        small = min(SMALL, 0.5 * np.log(2.0) * max(bits, 1.0) / measured) / min(
-            max(excess / max(whole, 1e-12), 1.0), AMPLIFIED
-        )
+        small = SMALL / min(max(excess / max(whole, 1e-12), 1.0), AMPLIFIED)
         finer, fine, is_enough = coarse, self.substeps, False
         for fine in counts[1:]:
             finer = self._by_supple(fine, at)
@@ -165,13 +163,16 @@ class Moves:
         )
 
 
-def conclude(predicted: tuple[float, float], own: SampledLoop, plant: SampledLoop, moves: Moves) -> Conclusion:
+def conclude(
+    predicted: tuple[float, float], own: SampledLoop, plant: SampledLoop, furthest: str, moves: Moves
+) -> Conclusion:
     """What was found, and where it is not as predicted, why.
 
     Args:
         predicted: Cost and bits.
         own: Roll-outs on supple's own model.
         plant: Roll-outs on MuJoCo.
+        furthest: The state that ends furthest from the plan on MuJoCo.
         moves: Single steps of both.
     """
     cost, bits = predicted
@@ -182,13 +183,15 @@ def conclude(predicted: tuple[float, float], own: SampledLoop, plant: SampledLoo
     if plant.consistency is not None and plant.consistency.mean > DOUBTFUL:
         many = plant.consistency.mean
         broken = broken or many > BROKEN
-        doubts.append(f"the filter's consistency on MuJoCo is {many:.3g} where 1 is right, so do not rely on bits")
-    elif plant.realised_bits is not None and plant.realised_bits > MORE_BITS * max(bits, 1.0):
+        doubts.append(f"the filter's consistency on MuJoCo is {many:.3g} where 1 is right")
+    if plant.realised_bits is not None and plant.realised_bits > MORE_BITS * max(bits, 1.0):
         doubts.append(f"MuJoCo's roll-outs measure {plant.realised_bits:.4g} bits where {bits:.4g} are predicted")
     dearer = plant.cost_mean - cost
     if np.isfinite(dearer) and dearer > DEARER * abs(cost) and plant.cost_interval_95[0] > cost:
         broken = broken or dearer > MUCH_DEARER * abs(cost)
         doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} where {cost:.4g} is predicted")
+    if plant.ends_well < (1.0 - FEWER_END_WELL) * own.ends_well:
+        doubts.append(f"only {plant.ends_well:.0%} of the roll-outs on MuJoCo end where the plan does (furthest: `{furthest}`)")
     if not doubts:
         return Conclusion("the design holds on MuJoCo as predicted", False)
     alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > DOUBTFUL)
@@ -196,6 +199,6 @@ def conclude(predicted: tuple[float, float], own: SampledLoop, plant: SampledLoo
         why = "supple's own roll-outs are not as predicted either: the plan does not hold for these noises; see `supple evaluate`"
     else:
         excess = float("inf") if plant.consistency is None else plant.consistency.mean - 1.0
-        why = moves.cause(excess, bits)
+        why = moves.cause(excess)
     verdict = "the design is broken on MuJoCo" if broken else "the design is in doubt on MuJoCo"
     return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}", broken)

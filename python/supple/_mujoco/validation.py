@@ -27,8 +27,8 @@ from .robot import FACTORS, Robot
 __all__ = ["ENDS_WELL", "VARY", "validate"]
 
 #: A roll-out ends well where no entry of its last state is further from the plan's than so many of the standard deviations
-#: that the plan predicts.
-ENDS_WELL = 4.0
+#: that the plan predicts, and this share of the range that the entry has in the plan.
+ENDS_WELL, ENDS_WELL_RANGE = 4.0, 0.1
 
 #: What can be varied: which keys of which kinds of ``[[model.compliance]]`` each name multiplies; ``insert`` are the springs of
 #: ``[[model.insert]]``.
@@ -153,11 +153,14 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         return plant.step(states, controls)
 
     found = task._native.roll_out_elsewhere(name, truth, step, sizes)
-    spread = deviations(plan)
+    tolerance = ENDS_WELL * deviations(plan) + ENDS_WELL_RANGE * np.ptp(plan.states, axis=0) + 1e-12
     costs = {where: np.asarray(found[where]["costs"], dtype=np.float64) for where in ("own", "plant")}
     both = np.isfinite(costs["own"]) & np.isfinite(costs["plant"])
     difference, interval = _mean(costs["plant"][both] - costs["own"][both])
-    own, other = (_loop(found[where], plan.states[-1], spread) for where in ("own", "plant"))
+    off = {where: _off(found[where], plan.states[-1]) / tolerance for where in ("own", "plant")}
+    own, other = (_loop(found[where], off[where]) for where in ("own", "plant"))
+    states = [channel["name"] for channel in task._native.channels(name)["states"]]
+    furthest = states[int(np.nanmedian(off["plant"], axis=0).argmax())]
     predicted = float(found["predicted_cost"]), float(found["predicted_bits"])
     moves = Moves(
         plan=plan,
@@ -170,7 +173,7 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         asked=", ".join(f"{key} x {factor:g}" for key, factor in factors.items()),
         contacts=contact == "mujoco",
     )
-    conclusion = conclude(predicted, own, other, moves)
+    conclusion = conclude(predicted, own, other, furthest, moves)
     return TaskValidation(
         name=name,
         status=str(found["status"]),
@@ -284,10 +287,14 @@ def deviations(plan: Linearisation) -> Array:
     return np.asarray(np.sqrt(np.maximum(np.diag(M + plan.belief_covariance[-1]), 0.0)))
 
 
-def _loop(runs: Mapping[str, Any], end: Array, spread: Array) -> SampledLoop:
+def _off(runs: Mapping[str, Any], end: Array) -> Array:
+    """How far the last states are from that of the plan, (R, n)."""
+    return np.asarray(np.abs(np.asarray(runs["last_states"], dtype=np.float64) - end))
+
+
+def _loop(runs: Mapping[str, Any], off: Array) -> SampledLoop:
     costs = np.asarray(runs["costs"], dtype=np.float64)
-    last = np.asarray(runs["last_states"], dtype=np.float64)
-    well = (np.abs(last - end) <= ENDS_WELL * spread + 1e-12).all(axis=1) & np.isfinite(costs)
+    well = (off <= 1.0).all(axis=1) & np.isfinite(costs)
     bits = runs.get("realised_bits")
     mean, interval = _mean(costs)
     within = bits["interval_95"] if bits else None

@@ -4,6 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_lqg::Dimensions;
 use supple_lqg::KnotAdjoints;
 
+use super::authored_substeps::step_repeatedly;
 use super::batch::{after, at_points, parts};
 use super::kept::Kept;
 use super::products::CurvatureProducts;
@@ -147,6 +148,21 @@ impl<M: Model> Authored<M> {
 
     pub(super) fn jacobian_program(&self) -> &Program {
         self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian())
+    }
+
+    /// The time step is one parameter more, as in [`Self::with_time_step`].
+    fn step_over_program(&self) -> &Program {
+        self.program(&self.programs.step_over, |r| r.of_any_time_step().step())
+    }
+
+    /// The time step is one parameter more, as in [`Self::with_time_step`].
+    fn jacobian_with_program(&self) -> &Program {
+        self.program(&self.programs.dynamics_jacobian_with, |r| r.of_any_time_step().dynamics_jacobian())
+    }
+
+    /// The parameters that programs of any time step take.
+    fn with_time_step(&self, phi: &[f64], time_step: f64) -> Vec<f64> {
+        [&phi[..self.parameters], &[time_step]].concat()
     }
 
     pub(super) fn contraction_program(&self) -> &Program {
@@ -307,13 +323,12 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
-        self.step_all_with(self.step_program(), at, phi, next, scratch);
+        step_repeatedly((self.step_program(), self.substeps), at, phi, next, scratch);
     }
 
-    fn step_all_over(&self, time_step: f64, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
-        let program = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
-        let phi = [&phi[..self.parameters], &[time_step]].concat();
-        self.step_all_with(program, at, &phi, next, scratch);
+    fn step_all_in(&self, parts: usize, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
+        let phi = self.with_time_step(phi, self.time_step.resolve::<f64>(phi) / parts as f64);
+        step_repeatedly((self.step_over_program(), self.substeps * parts), at, &phi, next, scratch);
     }
 
     fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
@@ -403,13 +418,19 @@ impl<M: Model> System for Authored<M> {
         program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
 
+    fn dynamics_jacobians_in(&self, parts: usize, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        let phi = self.with_time_step(phi, self.time_step.resolve::<f64>(phi) / parts as f64);
+        let (next, jacobian) = (self.step_over_program(), self.jacobian_with_program());
+        let substeps = self.substeps * parts;
+        Step { next, jacobian, phi: &phi, size: self.size, substeps }.write_jacobians(at, out, scratch);
+    }
+
     fn dynamics_jacobian_with(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
-        let program = self
-            .program(&self.programs.dynamics_jacobian_with, |recorder| recorder.of_any_time_step().dynamics_jacobian());
+        let program = self.jacobian_with_program();
         let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
-        let phi = [&phi[..self.parameters], &[time_step]].concat();
+        let phi = self.with_time_step(phi, time_step);
         if self.is_divided() {
-            let next = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
+            let next = self.step_over_program();
             let step = Step { next, jacobian: program, phi: &phi, size: self.size, substeps: self.substeps };
             let [x, u] = [x, u].map(|vector| Matrices::of_rows(&[vector.to_vec()], vector.len()));
             let at = Points { states: &x, controls: &u, stages: 1, has_end: false, times: Times::At(t) };

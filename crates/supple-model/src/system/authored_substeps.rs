@@ -15,6 +15,25 @@ use super::{Curvature, Points, System, Variation};
 use crate::Model;
 use crate::trajectory::Trajectory;
 
+/// The next states at all stages, by a program of one step of integration that is taken so many times.
+pub(super) fn step_repeatedly(
+    (program, times): (&Program, usize),
+    at: Points,
+    phi: &[f64],
+    next: &mut Matrices,
+    scratch: &mut Scratch,
+) {
+    let (batch, [x, u]) = (Batch { first: 0, count: at.stages }, at_points(at));
+    program.run(batch, (&[x, u], phi), (Some(&mut *next), &mut []), scratch);
+    if times > 1 {
+        let mut from = next.clone();
+        for _ in 1..times {
+            from.copy_from(next);
+            program.run(batch, (&[(&from).into(), u], phi), (Some(&mut *next), &mut []), scratch);
+        }
+    }
+}
+
 impl<M: Model> Authored<M> {
     /// Whether a time step is more than one step of integration.
     pub(super) fn is_divided(&self) -> bool {
@@ -29,26 +48,6 @@ impl<M: Model> Authored<M> {
     pub(super) fn step_of<'a>(&'a self, phi: &'a [f64]) -> Step<'a> {
         let (next, jacobian) = (self.step_program(), self.jacobian_program());
         Step { next, jacobian, phi, size: self.size, substeps: self.substeps }
-    }
-
-    /// The next states at all stages, by a program of one step of integration.
-    pub(super) fn step_all_with(
-        &self,
-        program: &Program,
-        at: Points,
-        phi: &[f64],
-        next: &mut Matrices,
-        scratch: &mut Scratch,
-    ) {
-        let (batch, [x, u]) = (Batch { first: 0, count: at.stages }, at_points(at));
-        program.run(batch, (&[x, u], phi), (Some(&mut *next), &mut []), scratch);
-        if self.is_divided() {
-            let mut from = next.clone();
-            for _ in 1..self.substeps {
-                from.copy_from(next);
-                program.run(batch, (&[(&from).into(), u], phi), (Some(&mut *next), &mut []), scratch);
-            }
-        }
     }
 
     /// The cost of a stage, given the next state.

@@ -171,9 +171,9 @@ pub trait System: Send + Sync {
         }
     }
 
-    /// [`System::step_all`] over a time step other than the system's own, s: of systems with [sub-steps](System::substeps).
-    /// Others have none, and say so by numbers that are none.
-    fn step_all_over(&self, _time_step: f64, _: Points, _phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
+    /// [`System::step_all`] with each step of integration in `parts` equal ones: of systems with
+    /// [sub-steps](System::substeps). Others have none, and say so by numbers that are none.
+    fn step_all_in(&self, _parts: usize, _: Points, _phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
         next.as_mut_slice().fill(f64::NAN);
     }
 
@@ -206,6 +206,11 @@ pub trait System: Send + Sync {
 
     /// `[A B] = [f_x f_u]` at every stage: n x (n + m).
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+
+    /// The Jacobians of [`System::step_all_in`].
+    fn dynamics_jacobians_in(&self, _parts: usize, _: Points, _phi: &[f64], out: &mut Matrices, _: &mut Scratch) {
+        out.as_mut_slice().fill(f64::NAN);
+    }
 
     /// `[A B]` at one point at step t, were the time step `time_step`, s: one matrix, n x (n + m). None where that is
     /// not known.

@@ -7,10 +7,12 @@ use supple_model::ContactReport;
 
 use crate::plan::PlanStatus;
 use crate::settings::MOST_ROLLOUTS;
-use crate::simulate::{Consistency, FinerSteps, MonteCarlo};
+use crate::simulate::{Consistency, Estimate, FinerSteps, MonteCarlo};
 
 /// Differences below this share of a prediction do not matter.
 const TOLERATED: f64 = 0.1;
+/// Bits below which differences do not matter either.
+const TOLERATED_BITS: f64 = 0.5;
 /// Standard errors by which a sampled mean may be off by chance.
 const CHANCE: f64 = 3.0;
 /// Factor on the roll-outs that are advised: their spread is known from a sample only.
@@ -138,8 +140,8 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
     })
 }
 
-/// What is wrong where the same roll-outs do not cost the same on a plant of finer steps, or the filter does not expect what
-/// it measures there, and what to try.
+/// What is wrong where the same roll-outs do not cost the same on a plant of finer steps, the filter does not expect what
+/// it measures there, or measurements tell something else, and what to try.
 fn too_coarse(
     predicted: &Predicted,
     (sampled, finer): (&MonteCarlo, &FinerSteps),
@@ -167,19 +169,25 @@ fn too_coarse(
         return Some((verdict, format!("{costs} on the steps of this task{limit}; {advice}")));
     }
     let own = sampled.consistency?.mean;
-    let consistency = finer.consistency.filter(is_inconsistent)?.mean;
-    if (consistency - own).abs() <= INCONSISTENT {
-        return None;
+    let of_filter = finer.consistency.filter(|found| is_inconsistent(found) && (found.mean - own).abs() > INCONSISTENT);
+    if let Some(Consistency { mean, .. }) = of_filter {
+        let what = format!(
+            "the filter's squared innovations are {mean:.3} times their expected value on a plant of {times} times \
+             finer steps: its model of a step lacks what the robot does within one"
+        );
+        return Some((Verdict::Doubtful, format!("{what}; {advice}, or a less precise sensor")));
     }
-    let bits = finer.realised_bits.zip(finer.bits_difference).map(|(bits, more)| {
-        format!(", and it takes {:.4} bits from measurements in place of {:.4}", bits.mean, bits.mean - more.mean)
-    });
-    let what = format!(
-        "the filter's squared innovations are {consistency:.3} times their expected value on a plant of {times} times \
-         finer steps{}: its model of a step lacks what the robot does within one",
-        bits.unwrap_or_default()
-    );
-    Some((Verdict::Doubtful, format!("{what}; {advice}, or a less precise sensor")))
+    let (bits, more) = (finer.realised_bits?.mean, finer.bits_difference?);
+    let own = bits - more.mean;
+    (more.mean.abs() > least_bits(own, &more)).then(|| {
+        let what = format!("measurements give {bits:.4} bits on a plant of {times} times finer steps, but {own:.4}");
+        (Verdict::Doubtful, format!("{what} on the steps of this task; {advice}"))
+    })
+}
+
+/// By how many bits roll-outs may differ from what is expected of them, by chance or as it does not matter.
+fn least_bits(expected: f64, found: &Estimate) -> f64 {
+    (TOLERATED * expected).max(CHANCE * found.standard_error).max(TOLERATED_BITS)
 }
 
 /// Whether squared innovations are not those that a filter expects, by more than chance and more than what is tolerated.
@@ -255,8 +263,7 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         ));
     }
     if let Some(bits) = sampled.realised_bits {
-        let (off, error) = ((bits.mean - predicted.bits).abs(), CHANCE * bits.standard_error);
-        if off > (TOLERATED * predicted.bits).max(error).max(0.5) {
+        if (bits.mean - predicted.bits).abs() > least_bits(predicted.bits, &bits) {
             reasons.push(format!(
                 "roll-outs gave {:.4} bits, but {:.4} are predicted: the sensors behave differently away from the plan",
                 bits.mean, predicted.bits

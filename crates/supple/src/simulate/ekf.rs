@@ -36,6 +36,8 @@ pub struct ExtendedKalman<'a> {
     pub phi: &'a [f64],
     /// The noise, but for what varies with the state.
     pub noise: &'a Noise,
+    /// Into how many parts it divides each of the system's steps of integration; 1 for the steps that there are.
+    pub parts: usize,
     /// What varies with the state: at the estimate before the measurement, which a filter linearises at too.
     pub varying: &'a [VaryingVariance],
 }
@@ -136,9 +138,14 @@ impl ExtendedKalman<'_> {
         let FilterBatch { means, belief, knots, next, .. } = batch;
         let count = means.count();
         let at = Points { states: means, controls, stages: count, has_end: false, times: Times::At(t) };
-        self.system.dynamics_jacobians(at, self.phi, &mut knots.dynamics, scratch);
+        if self.parts == 1 {
+            self.system.dynamics_jacobians(at, self.phi, &mut knots.dynamics, scratch);
+            self.system.step_all(at, self.phi, next, scratch);
+        } else {
+            self.system.dynamics_jacobians_in(self.parts, at, self.phi, &mut knots.dynamics, scratch);
+            self.system.step_all_in(self.parts, at, self.phi, next, scratch);
+        }
         predict_each(knots, self.noise.process.at(t), belief);
-        self.system.step_all(at, self.phi, next, scratch);
         means.copy_from(next);
     }
 }

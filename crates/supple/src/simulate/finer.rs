@@ -8,8 +8,8 @@ use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
 
-/// Steps of the plant in one of the task's.
-const TIMES: usize = 16;
+/// Into how many parts a plant of finer steps divides each of the task's, and a filter of finer steps a time step.
+pub(super) const PARTS: usize = 16;
 
 /// Repeats the first of the roll-outs on a plant of finer steps. None of models that do not choose how finely a step is
 /// integrated, and where one of these roll-outs diverged.
@@ -27,15 +27,9 @@ pub(crate) fn on_finer_steps(
     if system.substeps().is_none() || own.iter().any(|cost| !cost.is_finite()) {
         return Ok(None);
     }
-    let time_step = task.time_step.resolve::<f64>(phi) / TIMES as f64;
     let plant = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
-        let (mut from, mut scratch) = (states.clone(), Scratch::new());
-        for _ in 0..TIMES {
-            let stages = from.count();
-            let at = Points { states: &from, controls, stages, has_end: false, times: Times::At(t) };
-            system.step_all_over(time_step, at, phi, next, &mut scratch);
-            from.copy_from(next);
-        }
+        let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
+        system.step_all_in(PARTS, at, phi, next, &mut Scratch::new());
     };
     let noise = &*world.fixed_noise(task)?;
     let factors = &NoiseFactors::of(noise)?;
@@ -45,5 +39,5 @@ pub(crate) fn on_finer_steps(
     let batch = own.len().div_ceil(rayon::current_num_threads()).max(1);
     let rollouts = Rollouts { count: own.len(), seed };
     let outcomes: Vec<Outcome> = in_batches(setting, rollouts, batch, |closed| closed.outcomes)?.concat();
-    Ok(Some(FinerSteps::of((task, TIMES), &outcomes, (own, own_bits))))
+    Ok(Some(FinerSteps::of((task, PARTS), &outcomes, (own, own_bits))))
 }

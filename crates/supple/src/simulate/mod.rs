@@ -30,6 +30,7 @@ use ekf::ExtendedKalman;
 pub use ekf::FilterBatch;
 pub(crate) use factors::NoiseFactors;
 use filter::Filter;
+use finer::PARTS;
 pub(crate) use finer::on_finer_steps;
 pub use sample::{sample, sample_number};
 pub(crate) use statistics::Outcome;
@@ -61,6 +62,8 @@ pub struct Sample {
 /// Samples that run in step with one another.
 pub(crate) struct ClosedLoop {
     filters: FilterBatch,
+    /// Filters that know the plant, beside those of the controllers; they only count what measurements tell.
+    knowing: Option<FilterBatch>,
     /// True states.
     pub states: Matrices,
     controls: Matrices,
@@ -92,6 +95,26 @@ pub(crate) struct LoopSetting<'a> {
     pub along: Option<&'a Controller>,
 }
 
+impl<'a> LoopSetting<'a> {
+    /// The filter of the controllers.
+    fn filter(&self) -> Filter<'a> {
+        let World { phi, noise } = self.believed;
+        let task = self.task;
+        let extended = ExtendedKalman { system: &*task.system, phi, noise, parts: 1, varying: &task.noise.varying };
+        self.along.map_or(Filter::Extended(extended), Filter::AlongPlan)
+    }
+
+    /// Where the plant is another than the task's model, a filter of finer steps.
+    fn knowing(&self) -> Option<Filter<'a>> {
+        let Truth { system, phi, plant } = self.truth;
+        let substeps = plant.and(system.substeps())?;
+        // Its error falls with the length of its steps, and the bits that this adds with its square.
+        let parts = PARTS.div_ceil(substeps).max(2);
+        let (noise, varying) = (self.believed.noise, &self.task.noise.varying[..]);
+        Some(Filter::Extended(ExtendedKalman { system, phi, noise, parts, varying }))
+    }
+}
+
 /// Recorded data of the first closed-loop sample.
 pub(crate) struct Record {
     /// Estimates and controls.
@@ -116,6 +139,7 @@ impl ClosedLoop {
     pub fn new(dimensions: Dimensions, count: usize) -> Self {
         Self {
             filters: FilterBatch::new(dimensions, count),
+            knowing: None,
             states: Matrices::vectors(count, dimensions.states),
             controls: Matrices::vectors(count, dimensions.controls),
             measured: Matrices::vectors(count, dimensions.measurements),
@@ -142,16 +166,15 @@ impl ClosedLoop {
         mut record: Option<&mut Record>,
     ) -> Result<(), Error> {
         let task = setting.task;
-        let World { phi, noise } = setting.believed;
-        let extended = ExtendedKalman { system: &*task.system, phi, noise, varying: &task.noise.varying };
-        let filter = setting.along.map_or(Filter::Extended(extended), Filter::AlongPlan);
+        let (filter, knowing) = (setting.filter(), setting.knowing());
+        self.knowing = knowing.map(|_| FilterBatch::new(task.system.dimensions(), self.outcomes.len()));
         self.start(setting, (seed, first));
         for t in 0..=task.steps {
             if halt::is_requested() {
                 return Err(Error::Stopped);
             }
             self.measure(setting, t);
-            self.correct(&filter, setting, (t, record.is_some()))?;
+            self.correct((&filter, knowing.as_ref()), setting, (t, record.is_some()))?;
             self.count(setting, t);
             if let Some(record) = record.as_deref_mut() {
                 record.run.states.vector_mut(t).copy_from_slice(self.filters.means.vector(0));
@@ -170,6 +193,9 @@ impl ClosedLoop {
                 record.run.controls.vector_mut(t).copy_from_slice(self.controls.vector(0));
             }
             filter.predict(t, &self.controls, &mut self.filters, &mut self.scratch);
+            if let Some((filter, filters)) = knowing.as_ref().zip(self.knowing.as_mut()) {
+                filter.predict(t, &self.controls, filters, &mut self.scratch);
+            }
         }
         let Truth { system, phi, .. } = setting.truth;
         system.final_costs(&self.states, phi, &mut self.stage_costs, &mut self.scratch);
@@ -202,6 +228,9 @@ impl ClosedLoop {
             *mean = value.resolve(believed.phi);
         }
         self.filters.start(&self.first, believed.noise);
+        if let Some(knowing) = &mut self.knowing {
+            knowing.start(&self.first, believed.noise);
+        }
     }
 
     /// Measures the true states at step `t`.
@@ -228,37 +257,56 @@ impl ClosedLoop {
         }
     }
 
-    /// Lets the filters take in what was measured, at step `t`. What is no longer finite has diverged: it starts anew
+    /// Lets all filters take in what was measured, at step `t`. What is no longer finite has diverged: it starts anew
     /// beside the others, which it does not disturb, and no longer counts.
-    fn correct(&mut self, filter: &Filter, setting: LoopSetting, (t, recorded): (usize, bool)) -> Result<(), Error> {
+    fn correct(
+        &mut self,
+        (filter, knowing): (&Filter, Option<&Filter>),
+        setting: LoopSetting,
+        (t, recorded): (usize, bool),
+    ) -> Result<(), Error> {
         for sample in 0..self.outcomes.len() {
             let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-            if !(finite(self.filters.means.vector(sample)) && finite(self.measured.vector(sample))) {
+            let believed = self.knowing.iter().chain([&self.filters]).all(|all| finite(all.means.vector(sample)));
+            if !(believed && finite(self.measured.vector(sample))) {
                 self.set_aside(setting, (t, sample));
             }
         }
         if recorded && self.outcomes[0].diverged {
             return Err(Error::NotFinite { what: "a run in closed loop", step: t });
         }
+        self.correct_all((filter, false), setting, (t, recorded))?;
+        knowing.map_or(Ok(()), |knowing| self.correct_all((knowing, true), setting, (t, recorded)))
+    }
+
+    /// The filters of the controllers, or those that know the plant.
+    fn correct_all(
+        &mut self,
+        (filter, knowing): (&Filter, bool),
+        setting: LoopSetting,
+        (t, recorded): (usize, bool),
+    ) -> Result<(), Error> {
         // Each sample is set aside once at most: where it begins again, its filter did not fail.
-        let mut aside = 0;
-        loop {
-            let corrected = filter.correct(t, &self.measured, &mut self.filters, &mut self.scratch);
+        for _ in 0..=self.outcomes.len() {
+            let filters = if knowing { self.knowing.as_mut() } else { None }.unwrap_or(&mut self.filters);
+            let corrected = filter.correct(t, &self.measured, filters, &mut self.scratch);
             let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
-            if t == 0 || aside == self.outcomes.len() || recorded && sample == 0 {
+            if t == 0 || recorded && sample == 0 {
                 return Err(Error::NotPositiveDefinite { what, step: t });
             }
             self.set_aside(setting, (t, sample));
-            aside += 1;
         }
+        Err(Error::NotPositiveDefinite { what: "the innovation covariance of a filter", step: t })
     }
 
     /// Counts what the filters' innovations say, and at some of the steps which contacts touch.
     fn count(&mut self, setting: LoopSetting, t: usize) {
         let LoopSetting { task, truth: Truth { system, phi, .. }, .. } = setting;
-        for (outcome, innovation) in self.outcomes.iter_mut().zip(&self.filters.innovations) {
+        let telling = self.knowing.as_ref().unwrap_or(&self.filters);
+        let innovations = self.filters.innovations.iter().zip(&telling.innovations);
+        for (outcome, (innovation, telling)) in self.outcomes.iter_mut().zip(innovations) {
             outcome.squared += innovation.squared;
-            outcome.nats += 0.5 * (innovation.log_determinant + innovation.squared);
+            outcome.nats += 0.5 * (telling.log_determinant + telling.squared);
         }
         if !t.is_multiple_of(task.steps.div_ceil(LOOKED_AT).max(1)) {
             return;
@@ -277,7 +325,9 @@ impl ClosedLoop {
         for (x, value) in self.states.vector_mut(sample).iter_mut().zip(&task.initial_state) {
             *x = value.resolve(phi);
         }
-        self.filters.start_one(sample, &self.first, believed.noise);
+        for filters in self.knowing.iter_mut().chain([&mut self.filters]) {
+            filters.start_one(sample, &self.first, believed.noise);
+        }
         system.observe(t, self.states.vector(sample), phi, self.measured.vector_mut(sample));
     }
 

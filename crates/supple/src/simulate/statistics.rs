@@ -16,7 +16,8 @@ pub(crate) struct Outcome {
     pub diverged: bool,
     /// The sum of `nu' S^-1 nu` over its measurements.
     pub squared: f64,
-    /// The logarithm of the likelihood of its measurements given the states over that given past measurements.
+    /// The logarithm of the likelihood of its measurements given the states over that given past measurements, by the filter
+    /// that knows the plant best.
     pub nats: f64,
     /// Which contacts touched at any of the steps that were looked at.
     pub touched: Vec<bool>,
@@ -93,8 +94,8 @@ pub struct FinerSteps {
     /// versions that did not look, and where a roll-out diverged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consistency: Option<Consistency>,
-    /// Information that the measurements gave, in bits, as this filter counts it: what it does not expect is in it; none in
-    /// results of versions that did not look, and where [`MonteCarlo::realised_bits`] has none.
+    /// Information that the measurements gave, in bits, to a filter of finer steps, which does not control; none in results of
+    /// versions that did not look, and where [`MonteCarlo::realised_bits`] has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub realised_bits: Option<Estimate>,
     /// That less the bits of the roll-outs of the same numbers on the task's own steps.

@@ -174,8 +174,11 @@ fn moved(system: &dyn System) -> Vec<(&'static str, Vec<f64>)> {
     let mut next = Matrices::vectors(steps + 1, size.states);
     system.step_all(at, &DESIGN, &mut next, scratch);
     let mut found = vec![("steps", next.as_slice().to_vec())];
-    system.step_all_over(0.1, at, &DESIGN, &mut next, scratch);
-    found.push(("steps over another time step", next.as_slice().to_vec()));
+    system.step_all_in(3, at, &DESIGN, &mut next, scratch);
+    found.push(("finer steps", next.as_slice().to_vec()));
+    let mut jacobians = Matrices::zeros(steps + 1, size.states, size.joint());
+    system.dynamics_jacobians_in(3, at, &DESIGN, &mut jacobians, scratch);
+    found.push(("[A B] of finer steps", jacobians.as_slice().to_vec()));
     let (x, u) = (path.states.vector(4), path.controls.vector(4));
     let jacobian = system.dynamics_jacobian_with(0, x, u, &DESIGN, 0.1).unwrap();
     found.push(("[A B] over another time step", jacobian.as_slice().to_vec()));
