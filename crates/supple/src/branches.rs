@@ -25,8 +25,8 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 }
 
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess, and where that is one
-/// constant row, from multiples of it too; where there are contacts to be found, from a plan that approached them; and
-/// from the controls of a `neighbour` where they are given, such as those of the plan at a design nearby.
+/// constant row, from multiples of it too; where there are contacts to be found or friction to be overcome, from a plan that
+/// approached them; and from the controls of a `neighbour` where they are given, such as those of the plan at a design nearby.
 ///
 /// Keeps the converged plan of least nominal cost; that from the neighbour only where it is on another, cheaper branch, so
 /// that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that did not converge but is
@@ -47,17 +47,8 @@ pub fn best_plan(
     let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut candidates = Candidates::default();
-    let (guess, apart) = (task.guess(phi, 1.0), state.has_to_approach(task, phi));
-    // Friction alone often needs no approach, and makes no branches that are worth another plan.
-    if !apart
-        && task.system.widened().is_some()
-        && state.plan_with((task, phi), (settings, Patience::Little), &guess).is_ok()
-    {
-        candidates.keep(&state.plan, 0.0);
-    }
-    if candidates.converged.is_none()
-        && let Some((controls, before)) = state.approach(task, phi, settings, &guess)
-    {
+    let guess = task.guess(phi, 1.0);
+    if let Some((controls, before)) = state.approach(task, phi, settings, &guess) {
         candidates.plan(
             (problem, task),
             phi,
@@ -65,7 +56,8 @@ pub fn best_plan(
             state,
         );
     }
-    if candidates.converged.is_none() || apart {
+    // Friction alone makes no branches that are worth another plan.
+    if candidates.converged.is_none() || state.has_to_approach(task, phi) {
         for &factor in factors {
             candidates.plan((problem, task), phi, Start::of(&task.guess(phi, factor)), state);
         }

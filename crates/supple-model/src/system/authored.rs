@@ -4,14 +4,13 @@ use supple_kernels::{Matrices, Scratch};
 use supple_lqg::Dimensions;
 use supple_lqg::KnotAdjoints;
 
-use super::authored_substeps::step_repeatedly;
 use super::batch::{after, at_points, parts};
 use super::kept::Kept;
 use super::products::CurvatureProducts;
 use super::programs::{GradientOf, Recorder, SecondDerivatives};
 use super::roll_out::{RollOut, step_by_step};
 use super::second::DynamicsCurvature;
-use super::substeps::Step;
+use super::substeps::{Step, step_repeatedly};
 use super::trace::{residuals, source, substeps, values};
 use super::{Adjoints, Constraints, Curvature, Points, System, Times, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};

@@ -1,10 +1,9 @@
 //! Time steps of several sub-steps, of authored models: each function of a step is that of its parts, composed.
 
-use supple_kernels::graph::{Batch, Program, Source};
+use supple_kernels::graph::{Batch, Source};
 use supple_kernels::{Matrices, Scratch};
 
 use super::authored::Authored;
-use super::batch::at_points;
 use super::next::GivenNext;
 use super::products::StepProducts;
 use super::programs::GradientOf;
@@ -14,25 +13,6 @@ use super::trace::source;
 use super::{Curvature, Points, System, Variation};
 use crate::Model;
 use crate::trajectory::Trajectory;
-
-/// The next states at all stages, by a program of one step of integration that is taken so many times.
-pub(super) fn step_repeatedly(
-    (program, times): (&Program, usize),
-    at: Points,
-    phi: &[f64],
-    next: &mut Matrices,
-    scratch: &mut Scratch,
-) {
-    let (batch, [x, u]) = (Batch { first: 0, count: at.stages }, at_points(at));
-    program.run(batch, (&[x, u], phi), (Some(&mut *next), &mut []), scratch);
-    if times > 1 {
-        let mut from = next.clone();
-        for _ in 1..times {
-            from.copy_from(next);
-            program.run(batch, (&[(&from).into(), u], phi), (Some(&mut *next), &mut []), scratch);
-        }
-    }
-}
 
 impl<M: Model> Authored<M> {
     /// Whether a time step is more than one step of integration.

@@ -8,6 +8,7 @@ use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
 use supple_lqg::Dimensions;
 
 use super::Points;
+use super::batch::at_points;
 use crate::trajectory::Times;
 
 /// Numbers of all Jacobians at most that are kept at a time, but for those of a single stage.
@@ -77,6 +78,25 @@ impl Step<'_> {
         let (all, sources) = (Batch { first: 0, count }, [Source::from(&states), (&controls).into()]);
         jacobian.run(all, (&sources, phi), (Some(&mut jacobians), &mut []), scratch);
         Substeps { substeps, stages, size, states, controls, jacobians }
+    }
+}
+
+/// The next states at all stages, by a program of one step of integration that is taken so many times.
+pub(super) fn step_repeatedly(
+    (program, times): (&Program, usize),
+    at: Points,
+    phi: &[f64],
+    next: &mut Matrices,
+    scratch: &mut Scratch,
+) {
+    let (batch, [x, u]) = (Batch { first: 0, count: at.stages }, at_points(at));
+    program.run(batch, (&[x, u], phi), (Some(&mut *next), &mut []), scratch);
+    if times > 1 {
+        let mut from = next.clone();
+        for _ in 1..times {
+            from.copy_from(next);
+            program.run(batch, (&[(&from).into(), u], phi), (Some(&mut *next), &mut []), scratch);
+        }
     }
 }
 

@@ -54,7 +54,7 @@ pub(crate) trait Descent {
     }
 
     /// Whether to stop early.
-    fn gives_up(&self, _mu: f64) -> bool {
+    fn gives_up(&self) -> bool {
         false
     }
 }
@@ -107,7 +107,7 @@ pub(crate) fn descend<D: Descent>(search: &mut D, settings: &PlanSettings, deadl
         if is_over(deadline) {
             break PlanStatus::TimeLimit;
         }
-        if creeps(&mut milestone, (iterations, merit, stationarity)) || search.gives_up(mu) {
+        if creeps(&mut milestone, (iterations, merit, stationarity)) || search.gives_up() {
             break PlanStatus::SlowProgress;
         }
         search.plan().iterations += 1;

@@ -34,8 +34,6 @@ const FEW_ITERATIONS: usize = 12;
 pub(crate) enum Patience {
     /// As long as the settings say.
     Full,
-    /// Until whole steps do not serve, or a few iterations.
-    Little,
     /// As long as the settings say, from close to an optimum: second derivatives are of use from the start.
     Close,
     /// A few iterations, from the plan of a problem that differs little.
@@ -149,7 +147,6 @@ impl Descent for Search<'_> {
     /// Less where the whole step served, more where little of it did.
     fn ease(&self, mu: f64, step: Step) -> f64 {
         let next = match step.share {
-            share if share < 0.5 && self.patience == Patience::Little => Self::MU.0,
             1.0 => mu * 0.1,
             share if share < 0.1 => (mu * 3.0).max(Self::MU.0),
             _ => mu,
@@ -159,7 +156,7 @@ impl Descent for Search<'_> {
 
     /// A step with second derivatives, or as large a part of them as serves, where it is time for them.
     fn refine(&mut self) -> Option<Step> {
-        let on_the_way = matches!(self.patience, Patience::Little | Patience::Continued);
+        let on_the_way = self.patience == Patience::Continued;
         let worth_it = self.settings.newton && !(on_the_way && self.newton.costly);
         let ready = worth_it && self.newton.is_ready();
         self.newton.wait = self.newton.wait.saturating_sub(1);
@@ -171,9 +168,8 @@ impl Descent for Search<'_> {
         step
     }
 
-    fn gives_up(&self, mu: f64) -> bool {
-        let few = matches!(self.patience, Patience::Little | Patience::Continued);
-        few && self.plan.iterations > FEW_ITERATIONS || self.patience == Patience::Little && mu > 0.0
+    fn gives_up(&self) -> bool {
+        self.patience == Patience::Continued && self.plan.iterations > FEW_ITERATIONS
     }
 }
 

@@ -66,9 +66,6 @@ pub(crate) fn search(
     plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, bounds.len());
     let guess = plan.trajectory.controls.clone();
     search_free(problem, (settings, patience), plan, work, scratch)?;
-    if patience == Patience::Little && !plan.status.is_converged() {
-        return Ok(());
-    }
     Rounds::new(problem, (limits, bounds), plan, scratch).run((settings, &guess), plan, work, scratch)
 }
 

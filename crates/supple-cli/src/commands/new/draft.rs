@@ -25,6 +25,8 @@ const FEW_TRIES: usize = 2;
 /// What is tried where a plan exceeds limits of the robot: a factor on the duration of the task, and whether the plan keeps
 /// the limits.
 const CORRECTIONS: [(f64, bool); 3] = [(1.0, false), (2.0, false), (2.0, true)];
+/// Sub-steps of a time step that are tried where roll-outs find whole steps too long.
+const SUBSTEPS: [usize; 3] = [2, 4, 8];
 /// Greatest factor on the smoothing length of the contact, where roll-outs find the linearisation doubtful, and its step.
 const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
@@ -194,6 +196,23 @@ fn best_at<'a>(
     }
 }
 
+/// The draft with the fewest of the [`SUBSTEPS`] of which roll-outs do not find the steps too long, or as it is where none of
+/// them mends that.
+fn with_substeps<'a>(coarse: Tried<'a>, path: &str) -> Result<Tried<'a>, Failure> {
+    let [fewer @ .., most] = SUBSTEPS;
+    let finest = Tried::of(coarse.with_substeps(most), path)?.complete();
+    if finest.is_coarse() {
+        return Ok(finest.or_better(Some(coarse)));
+    }
+    for substeps in fewer {
+        let found = Tried::of(coarse.with_substeps(substeps), path)?.complete();
+        if !found.is_coarse() {
+            return Ok(found.or_better(Some(finest)));
+        }
+    }
+    Ok(finest)
+}
+
 /// The first of the [`CORRECTIONS`] from a number on, which becomes that of the last one tried, of which the plan keeps the
 /// limits of the robot; the best of them where none does.
 fn within_limits<'a>(
@@ -210,11 +229,8 @@ fn within_limits<'a>(
         if tried.faults.is_empty() {
             tried = tried.complete();
         }
-        let mut finer = tried.with_finer_steps();
-        while let Some(draft) = finer {
-            let found = Tried::of(draft, path)?.complete();
-            finer = found.with_finer_steps();
-            tried = found.or_better(Some(tried));
+        if tried.is_coarse() {
+            tried = with_substeps(tried, path)?;
         }
         // Limits are hardly kept where no plan is found even in twice the time.
         let is_last = *from + 1 == CORRECTIONS.len() || *from > 0 && !tried.converged;

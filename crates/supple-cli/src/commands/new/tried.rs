@@ -13,8 +13,6 @@ use crate::template::Template;
 const MOST_ITERATIONS: usize = 100;
 /// Roll-outs where the usual number is too few to tell.
 pub const MANY: usize = 1000;
-/// Sub-steps of a time step at most.
-const MOST_SUBSTEPS: usize = 16;
 /// Tolerances by which a plan may end beside its target.
 const BESIDE: f64 = 3.0;
 /// By which share of the cost a sensor that is of use lowers it.
@@ -148,17 +146,14 @@ impl<'a> Tried<'a> {
         self.converged && self.touches && !self.is_limited && !self.is_doubtful()
     }
 
-    /// The draft with twice as many sub-steps, where roll-outs find the steps too long: the advice is on the safe side, and
-    /// every sub-step takes time.
-    pub fn with_finer_steps(&self) -> Option<Draft<'a>> {
-        self.trust.as_ref()?.substeps_advised?;
-        let substeps = 2 * self.draft.substeps.unwrap_or(1);
-        (substeps <= MOST_SUBSTEPS).then(|| Draft {
-            substeps: Some(substeps),
-            limit: None,
-            first: None,
-            ..self.draft.clone()
-        })
+    /// Whether roll-outs find the steps too long.
+    pub fn is_coarse(&self) -> bool {
+        self.trust.as_ref().is_some_and(|trust| trust.substeps_advised.is_some())
+    }
+
+    /// The draft with so many sub-steps.
+    pub fn with_substeps(&self, substeps: usize) -> Draft<'a> {
+        Draft { substeps: Some(substeps), limit: None, first: None, ..self.draft.clone() }
     }
 
     /// Of two, the one with less wrong.
