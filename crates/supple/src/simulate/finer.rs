@@ -8,7 +8,8 @@ use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
 
-/// Into how many parts a plant of finer steps divides each of the task's, and a filter of finer steps a time step.
+/// Into how many parts a plant of finer steps divides each of the task's, and a filter of finer steps those
+/// that have no sub-steps.
 pub(super) const PARTS: usize = 16;
 
 /// Repeats the first of the roll-outs on a plant of finer steps. None of models that do not choose how finely a step is

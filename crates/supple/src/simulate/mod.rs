@@ -108,8 +108,9 @@ impl<'a> LoopSetting<'a> {
     fn knowing(&self) -> Option<Filter<'a>> {
         let Truth { system, phi, plant } = self.truth;
         let substeps = plant.and(system.substeps())?;
-        // Its error falls with the length of its steps, and the bits that this adds with its square.
-        let parts = PARTS.div_ceil(substeps).max(2);
+        // Its error falls with the length of its steps, and the bits that this adds with its square: half of the plant's steps
+        // do where there are sub-steps, of which each takes its time.
+        let parts = if substeps == 1 { PARTS } else { PARTS / 2 };
         let (noise, varying) = (self.believed.noise, &self.task.noise.varying[..]);
         Some(Filter::Extended(ExtendedKalman { system, phi, noise, parts, varying }))
     }
