@@ -191,7 +191,9 @@ def conclude(
         broken = broken or dearer > MUCH_DEARER * abs(cost)
         doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} where {cost:.4g} is predicted")
     if plant.ends_well < (1.0 - FEWER_END_WELL) * own.ends_well:
-        doubts.append(f"only {plant.ends_well:.0%} of the roll-outs on MuJoCo end where the plan does (furthest: `{furthest}`)")
+        doubts.append(
+            f"only {plant.ends_well:.0%} of the roll-outs on MuJoCo end where the plan does (furthest: `{furthest}`)"
+        )
     if not doubts:
         return Conclusion("the design holds on MuJoCo as predicted", False)
     alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > DOUBTFUL)
