@@ -262,13 +262,13 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
             consistency.mean
         ));
     }
-    if let Some(bits) = sampled.realised_bits {
-        if (bits.mean - predicted.bits).abs() > least_bits(predicted.bits, &bits) {
-            reasons.push(format!(
-                "roll-outs gave {:.4} bits, but {:.4} are predicted: the sensors behave differently away from the plan",
-                bits.mean, predicted.bits
-            ));
-        }
+    if let Some(bits) = sampled.realised_bits
+        && (bits.mean - predicted.bits).abs() > least_bits(predicted.bits, &bits)
+    {
+        reasons.push(format!(
+            "roll-outs gave {:.4} bits, but {:.4} are predicted: the sensors behave differently away from the plan",
+            bits.mean, predicted.bits
+        ));
     }
     for contact in predicted.contacts.iter().filter(|contact| contact.touches) {
         let of = sampled.touched.iter().find(|touched| touched.name == contact.name);
