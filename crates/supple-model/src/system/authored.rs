@@ -154,6 +154,12 @@ impl<M: Model> Authored<M> {
         self.program(&self.programs.step_over, |r| r.of_any_time_step().step())
     }
 
+    /// So many steps of integration; `phi` as of [`Self::with_time_step`].
+    fn step_over<'a>(&'a self, phi: &'a [f64], substeps: usize) -> Step<'a> {
+        let (next, jacobian) = (self.step_over_program(), self.jacobian_with_program());
+        Step { next, jacobian, phi, size: self.size, substeps }
+    }
+
     /// The time step is one parameter more, as in [`Self::with_time_step`].
     fn jacobian_with_program(&self) -> &Program {
         self.program(&self.programs.dynamics_jacobian_with, |r| r.of_any_time_step().dynamics_jacobian())
@@ -419,24 +425,19 @@ impl<M: Model> System for Authored<M> {
 
     fn dynamics_jacobians_in(&self, parts: usize, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
         let phi = self.with_time_step(phi, self.time_step.resolve::<f64>(phi) / parts as f64);
-        let (next, jacobian) = (self.step_over_program(), self.jacobian_with_program());
-        let substeps = self.substeps * parts;
-        Step { next, jacobian, phi: &phi, size: self.size, substeps }.write_jacobians(at, out, scratch);
+        self.step_over(&phi, self.substeps * parts).write_jacobians(at, out, scratch);
     }
 
     fn dynamics_jacobian_with(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
-        let program = self.jacobian_with_program();
         let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
         let phi = self.with_time_step(phi, time_step);
         if self.is_divided() {
-            let next = self.step_over_program();
-            let step = Step { next, jacobian: program, phi: &phi, size: self.size, substeps: self.substeps };
             let [x, u] = [x, u].map(|vector| Matrices::of_rows(&[vector.to_vec()], vector.len()));
             let at = Points { states: &x, controls: &u, stages: 1, has_end: false, times: Times::At(t) };
-            step.write_jacobians(at, &mut out, &mut Scratch::new());
+            self.step_over(&phi, self.substeps).write_jacobians(at, &mut out, &mut Scratch::new());
             return Some(out);
         }
-        program.run_single(&[x, u], &phi, &mut [out.as_mut_slice()]);
+        self.jacobian_with_program().run_single(&[x, u], &phi, &mut [out.as_mut_slice()]);
         Some(out)
     }
 

@@ -175,7 +175,10 @@ impl ClosedLoop {
                 return Err(Error::Stopped);
             }
             self.measure(setting, t);
-            self.correct((&filter, knowing.as_ref()), setting, (t, record.is_some()))?;
+            self.correct(&filter, setting, (t, record.is_some()))?;
+            if let Some(knowing) = &knowing {
+                self.tell(knowing, setting, t)?;
+            }
             self.count(setting, t);
             if let Some(record) = record.as_deref_mut() {
                 record.run.states.vector_mut(t).copy_from_slice(self.filters.means.vector(0));
@@ -258,46 +261,52 @@ impl ClosedLoop {
         }
     }
 
-    /// Lets all filters take in what was measured, at step `t`. What is no longer finite has diverged: it starts anew
-    /// beside the others, which it does not disturb, and no longer counts.
-    fn correct(
-        &mut self,
-        (filter, knowing): (&Filter, Option<&Filter>),
-        setting: LoopSetting,
-        (t, recorded): (usize, bool),
-    ) -> Result<(), Error> {
+    /// Lets the filters of the controllers take in what was measured, at step `t`. What is no longer finite has diverged: it
+    /// starts anew beside the others, which it does not disturb, and no longer counts.
+    fn correct(&mut self, filter: &Filter, setting: LoopSetting, (t, recorded): (usize, bool)) -> Result<(), Error> {
         for sample in 0..self.outcomes.len() {
-            let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-            let believed = self.knowing.iter().chain([&self.filters]).all(|all| finite(all.means.vector(sample)));
-            if !(believed && finite(self.measured.vector(sample))) {
+            if !(is_finite(self.filters.means.vector(sample)) && is_finite(self.measured.vector(sample))) {
                 self.set_aside(setting, (t, sample));
             }
         }
         if recorded && self.outcomes[0].diverged {
             return Err(Error::NotFinite { what: "a run in closed loop", step: t });
         }
-        self.correct_all((filter, false), setting, (t, recorded))?;
-        knowing.map_or(Ok(()), |knowing| self.correct_all((knowing, true), setting, (t, recorded)))
-    }
-
-    /// The filters of the controllers, or those that know the plant.
-    fn correct_all(
-        &mut self,
-        (filter, knowing): (&Filter, bool),
-        setting: LoopSetting,
-        (t, recorded): (usize, bool),
-    ) -> Result<(), Error> {
         // Each sample is set aside once at most: where it begins again, its filter did not fail.
-        for _ in 0..=self.outcomes.len() {
-            let filters = if knowing { self.knowing.as_mut() } else { None }.unwrap_or(&mut self.filters);
-            let corrected = filter.correct(t, &self.measured, filters, &mut self.scratch);
+        let mut aside = 0;
+        loop {
+            let corrected = filter.correct(t, &self.measured, &mut self.filters, &mut self.scratch);
             let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
-            if t == 0 || recorded && sample == 0 {
+            if t == 0 || aside == self.outcomes.len() || recorded && sample == 0 {
                 return Err(Error::NotPositiveDefinite { what, step: t });
             }
             self.set_aside(setting, (t, sample));
+            aside += 1;
         }
-        Err(Error::NotPositiveDefinite { what: "the innovation covariance of a filter", step: t })
+    }
+
+    /// Lets the filters that know the plant take it in. Where one fails, only the bits of its sample are lost.
+    fn tell(&mut self, knowing: &Filter, setting: LoopSetting, t: usize) -> Result<(), Error> {
+        let Some(filters) = &mut self.knowing else { return Ok(()) };
+        let mut lose = |filters: &mut FilterBatch, sample: usize| {
+            self.outcomes[sample].nats = f64::NAN;
+            filters.start_one(sample, &self.first, setting.believed.noise);
+        };
+        for sample in 0..filters.count() {
+            if !is_finite(filters.means.vector(sample)) {
+                lose(filters, sample);
+            }
+        }
+        let mut lost = 0;
+        loop {
+            let corrected = knowing.correct(t, &self.measured, filters, &mut self.scratch);
+            let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
+            if lost == filters.count() {
+                return Err(Error::NotPositiveDefinite { what, step: t });
+            }
+            lose(filters, sample);
+            lost += 1;
+        }
     }
 
     /// Counts what the filters' innovations say, and at some of the steps which contacts touch.
@@ -361,6 +370,10 @@ impl ClosedLoop {
             noise.add_sample(random, self.states.vector_mut(sample));
         }
     }
+}
+
+fn is_finite(values: &[f64]) -> bool {
+    values.iter().all(|value| value.is_finite())
 }
 
 /// Steps at which roll-outs are looked at for contacts, about.

@@ -17,7 +17,7 @@ pub(crate) struct Outcome {
     /// The sum of `nu' S^-1 nu` over its measurements.
     pub squared: f64,
     /// The logarithm of the likelihood of its measurements given the states over that given past measurements, by the filter
-    /// that knows the plant best.
+    /// that knows the plant best; NaN where that one failed.
     pub nats: f64,
     /// Which contacts touched at any of the steps that were looked at.
     pub touched: Vec<bool>,
@@ -154,6 +154,11 @@ impl Consistency {
     }
 }
 
+/// Whether the bits of all roll-outs are known.
+fn are_told(outcomes: &[Outcome]) -> bool {
+    outcomes.iter().all(|outcome| outcome.nats.is_finite())
+}
+
 impl Estimate {
     fn of(samples: impl Iterator<Item = f64> + Clone) -> Self {
         let count = samples.clone().count() as f64;
@@ -176,7 +181,7 @@ impl FinerSteps {
         sorted.sort_by(f64::total_cmp);
         let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
         let bits = || outcomes.iter().zip(own_bits).map(|(finer, own)| (finer.nats / LN_2, own));
-        let has_bits = diverged == 0 && own_bits.len() > 1;
+        let has_bits = diverged == 0 && own_bits.len() > 1 && are_told(outcomes);
         Self {
             times,
             median_difference: sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN),
@@ -198,7 +203,7 @@ impl MonteCarlo {
         let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
         let cost = Estimate::of(outcomes.iter().map(|outcome| outcome.cost));
         let whole = diverged == 0;
-        let has_bits = whole && rollouts > 1 && task.noise.varying.is_empty();
+        let has_bits = whole && rollouts > 1 && task.noise.varying.is_empty() && are_told(&outcomes);
         let bits = || outcomes.iter().map(|outcome| outcome.nats / LN_2);
         let touched = task.system.contacts().into_iter().enumerate().map(|(place, contact)| {
             let count = outcomes.iter().filter(|outcome| outcome.touched[place]).count();

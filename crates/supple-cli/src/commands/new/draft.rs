@@ -207,7 +207,7 @@ fn with_substeps<'a>(coarse: Tried<'a>, path: &str) -> Result<Tried<'a>, Failure
     for substeps in fewer {
         let found = Tried::of(coarse.with_substeps(substeps), path)?.complete();
         if !found.is_coarse() {
-            return Ok(found.or_better(Some(finest)));
+            return Ok(finest.or_better(Some(found)));
         }
     }
     Ok(finest)
