@@ -56,6 +56,18 @@ fn tree(which: &[&str]) -> Result<String, Box<dyn Error>> {
     Ok(String::from_utf8(tree.stdout)?)
 }
 
+/// What is built names its licence, also what is not published; the few crates of others that do not are told in `deny.toml`.
+#[test]
+fn whatever_is_built_names_its_licence() -> Result<(), Box<dyn Error>> {
+    let rules: toml::Table = toml::from_str(&fs::read_to_string(Path::new(CRATES).join("../deny.toml"))?)?;
+    let told = rules["licenses"]["clarify"].as_array().ok_or("no list")?;
+    let told: BTreeSet<&str> = told.iter().filter_map(|rule| rule["crate"].as_str()).collect();
+    let lines = tree(&["--workspace", "--edges", "normal,build,dev", "--format", "{p}|{l}"])?;
+    let without = lines.lines().filter_map(|line| line.strip_suffix('|')?.split(' ').next());
+    assert_eq!(without.collect::<BTreeSet<&str>>(), told);
+    Ok(())
+}
+
 /// Formats of files are for the crates that read and write files.
 #[test]
 fn the_libraries_depend_on_no_file_formats() -> Result<(), Box<dyn Error>> {
