@@ -1,4 +1,4 @@
-use supple_kernels::rows::{self, Left, Medium, Product, View, ViewMut, transpose};
+use supple_kernels::rows::{self, Left, Long, Product, View, ViewMut, transpose};
 use supple_kernels::{Job, Lanes, Matrices, dispatch, math, padded};
 
 use super::factor::Factor;
@@ -138,30 +138,30 @@ impl Means {
         }
         let left = Left::transposed(&self.noise_factor, small);
         let product = Product { left, right: gain, rows: p, inner: p, width: narrow };
-        product.set::<L, Medium>(ViewMut::new(&mut self.noise, narrow));
+        product.set::<L, Long>(ViewMut::new(&mut self.noise, narrow));
         belief.write_reduction::<L>(t, &mut self.innovation);
         if t > 0 {
             let a = View::new(knots.dynamics.at(t - 1), knots.dynamics.stride());
-            transpose::<L, Medium>(ViewMut::new(&mut self.dynamics, narrow), a, (n, n));
+            transpose::<L, Long>(ViewMut::new(&mut self.dynamics, narrow), a, (n, n));
             let c = View::new(knots.measurement.at(t), narrow);
-            transpose::<L, Medium>(ViewMut::new(&mut self.seen, small), c, (p, n));
+            transpose::<L, Long>(ViewMut::new(&mut self.seen, small), c, (p, n));
             let (left, right) = (Left::plain(&self.dynamics, narrow), View::new(&self.seen, small));
             let product = Product { left, right, rows: n, inner: n, width: small };
-            product.set::<L, Medium>(ViewMut::new(&mut self.seen_next, small));
+            product.set::<L, Long>(ViewMut::new(&mut self.seen_next, small));
             let product =
                 Product { left: Left::plain(&self.seen_next, small), right: gain, rows: n, inner: p, width: narrow };
             let through = ViewMut::new(&mut self.through, narrow);
-            product.subtract_from::<L, Medium>(View::new(&self.dynamics, narrow), through);
+            product.subtract_from::<L, Long>(View::new(&self.dynamics, narrow), through);
             let (left, right) = (Left::transposed(&self.known, narrow), View::new(&self.through, narrow));
             let product = Product { left, right, rows: n, inner: n, width: narrow };
-            product.set::<L, Medium>(ViewMut::new(&mut self.product, narrow));
+            product.set::<L, Long>(ViewMut::new(&mut self.product, narrow));
             let (left, right) = (Left::transposed(&self.through, narrow), View::new(&self.product, narrow));
             let product = Product { left, right, rows: n, inner: n, width: narrow };
-            product.set::<L, Medium>(ViewMut::new(&mut self.known, narrow));
+            product.set::<L, Long>(ViewMut::new(&mut self.known, narrow));
         }
         let (left, right) = (Left::transposed(&self.noise, narrow), View::new(&self.noise, narrow));
         let product = Product { left, right, rows: n, inner: p, width: narrow };
-        product.add::<L, Medium>(ViewMut::new(&mut self.known, narrow));
+        product.add::<L, Long>(ViewMut::new(&mut self.known, narrow));
         self.told.factor.advance::<L>(&self.dynamics, &self.innovation);
         self.both.factor.advance::<L>(&self.through, &self.noise);
         Ok(())
@@ -183,11 +183,11 @@ impl Means {
         let Dimensions { states: n, controls: m, .. } = self.dimensions;
         let (narrow, short) = (padded(n), padded(m));
         let k = View::new(feedback.at(t), narrow);
-        transpose::<L, Medium>(ViewMut::new(&mut self.feedback, short), k, (m, n));
+        transpose::<L, Long>(ViewMut::new(&mut self.feedback, short), k, (m, n));
         // How large the variance of each control could be, given the states.
         let (left, right) = (Left::transposed(&self.known, narrow), View::new(&self.feedback, short));
         let product = Product { left, right, rows: n, inner: n, width: short };
-        product.set::<L, Medium>(ViewMut::new(&mut self.product, short));
+        product.set::<L, Long>(ViewMut::new(&mut self.product, short));
         let through = |a: usize| (0..n).map(|i| self.feedback[i * short + a] * self.product[i * short + a]).sum();
         let all: Vec<f64> = (0..m).map(through).collect();
         let mut left: Vec<usize> = (0..m).collect();
@@ -244,7 +244,7 @@ impl Telling {
         let (columns, short) = (self.factor.transposed(), padded(self.controls));
         let (left, right) = (Left::plain(columns.numbers, columns.stride), View::new(feedback_transposed, short));
         let product = Product { left, right, rows: self.factor.count(), inner: n, width: short };
-        product.set::<L, Medium>(ViewMut::new(&mut self.seen, short));
+        product.set::<L, Long>(ViewMut::new(&mut self.seen, short));
         self.out = 0;
         self.rounding.begin(&self.factor);
     }

@@ -1,6 +1,6 @@
 //! Factors `G` of covariances `G G'`, which are turned from the right.
 
-use supple_kernels::rows::{Left, Medium, Product, View, ViewMut, add_scaled, combine, dot};
+use supple_kernels::rows::{Left, Long, Product, View, ViewMut, add_scaled, combine, dot};
 use supple_kernels::{LANES, Lanes, padded};
 
 use crate::dense::Dense;
@@ -57,7 +57,7 @@ impl Factor {
         let (n, stride, kept) = (self.n, self.stride, self.count);
         let right = View::new(map_transposed, stride);
         let product = Product { left: Left::plain(&self.rows, stride), right, rows: kept, inner: n, width: stride };
-        product.set::<L, Medium>(ViewMut::new(&mut self.other, stride));
+        product.set::<L, Long>(ViewMut::new(&mut self.other, stride));
         std::mem::swap(&mut self.rows, &mut self.other);
         let end = kept * stride + news.len();
         self.rows[kept * stride..end].copy_from_slice(news);
@@ -192,7 +192,7 @@ fn reflect<L: Lanes>(
     along: &mut [f64],
 ) {
     let along = &mut along[..stride - column];
-    combine::<L, Medium>(along, None, scale, normal, View::new(&rows[column..], stride));
+    combine::<L, Long>(along, None, scale, normal, View::new(&rows[column..], stride));
     for (row, entry) in rows.chunks_exact_mut(stride).zip(normal) {
         add_scaled::<L>(&mut row[column..], -entry, along);
     }
