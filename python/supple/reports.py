@@ -109,6 +109,7 @@ class InformationReport(Record):
         per_step_nats: Nats at each measurement, (N+1,).
         control: The information the controller uses; ``None`` in results of versions that did not compute it.
         needed: The minimum over all sensors and controllers; ``None`` if it was not requested or not found.
+        needed_not_found: Why ``needed`` was not found although it was requested; ``None`` otherwise.
         needed_takes_long: Whether ``needed`` was skipped because it takes long with so many states; ``task.bound()`` computes it.
     """
 
@@ -122,6 +123,7 @@ class InformationReport(Record):
     control: ControlInformation | None = None
     needed: NeededInformation | None = None
     needed_takes_long: bool = False
+    needed_not_found: str | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -66,6 +66,9 @@ VECTORS: dict[str, Function] = {
     ),
     "batches": lambda x, u, phi: jax.vmap(lambda row: jnp.dot(row, x))(matrix(x)),
     "solve": lambda x, u, phi: jnp.linalg.solve(matrix(x), x),
+    "solve whose rows are known to stay": lambda x, u, phi: jnp.linalg.solve(
+        jnp.array([[2.0, x[0], 0.0], [0.0, 1.0, x[1]], [0.0, 0.0, 3.0]]), x
+    ),
     "inverse": lambda x, u, phi: jnp.linalg.inv(matrix(x)) @ x,
     "solve of 8": lambda x, u, phi: jnp.linalg.solve(large(x), jnp.ones(8))[:3],
     "inverse of 8": lambda x, u, phi: jnp.linalg.inv(large(x))[0, :3],

@@ -61,6 +61,8 @@ pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, St
     } else if information.needed_takes_long {
         let note = "not computed: slow with this many states; `supple bound` may compute it".into();
         rows.push(("information needed", "-".into(), note));
+    } else if let Some(why) = &information.needed_not_found {
+        rows.push(("information needed", "-".into(), format!("not found: {why}")));
     }
     if let Some(control) = &information.control {
         rows.push(("information used", number(control.total_bits), "bits that the controller uses".into()));

@@ -1,5 +1,6 @@
 use serde::de::{DeserializeOwned, Error};
 use serde::{Deserialize, Serialize};
+use supple::Evaluation;
 use supple::bound::TaskBound;
 use supple::design::DesignStatus;
 
@@ -115,14 +116,13 @@ impl StudyResult {
         }
     }
 
-    /// Whether it is less than what was asked for: stopped, not converged, above a limit, or with warnings. Numbers that
+    /// Whether it is less than what was asked for: stopped, not converged, above a limit, with warnings, or contradicted by
+    /// roll-outs. Numbers that
     /// are not finite are for [`not_finite`](Self::not_finite) to find.
     pub fn falls_short(&self) -> bool {
         let as_asked = match self {
-            Self::Design(result) => {
-                result.status == DesignStatus::Converged && result.optimum.warnings().next().is_none()
-            }
-            Self::Evaluate(result) => result.evaluation.feasible && result.evaluation.warnings().next().is_none(),
+            Self::Design(result) => result.status == DesignStatus::Converged && is_trusted(&result.optimum),
+            Self::Evaluate(result) => result.evaluation.feasible && is_trusted(&result.evaluation),
             Self::Sweep(result) => result.untrusted() < result.table.rows.len(),
             Self::Robustness(result) => {
                 result.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
@@ -177,4 +177,9 @@ impl StudyResult {
         };
         text.map_err(|error| StudyError::Usage(error.to_string()))
     }
+}
+
+/// Whether nothing speaks against the numbers of a design.
+fn is_trusted(at: &Evaluation) -> bool {
+    at.warnings().next().is_none() && !at.is_broken()
 }

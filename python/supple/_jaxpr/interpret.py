@@ -74,8 +74,16 @@ def settle(tape: Tape, equation: Any, values: list[Array]) -> list[Array]:
         return [np.asarray(quick(*(np.asarray(value) for value in values))).astype(dtype)]
     if equation.effects:
         raise Untranslatable(f"primitive `{name}` in `{tape.name}` has effects")
-    found = equation.primitive.bind(*values, **parameters)
+    found = equation.primitive.bind(*map(_typed, values, equation.invars), **parameters)
     return list(found) if equation.primitive.multiple_results else [found]
+
+
+def _typed(value: Any, variable: Any) -> Any:
+    """A known value with the type JAX has for it: whole numbers of the tape are all of one type."""
+    wanted = getattr(variable.aval, "dtype", None)
+    if isinstance(value, np.ndarray) and wanted is not None and value.dtype != wanted:
+        return value.astype(wanted)
+    return value
 
 
 #: What loop counters need, without a call of JAX's for each.

@@ -41,6 +41,13 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
         warn(&format!("the plan of task `{task}` has status {status}; its controller may not track the plan"));
         outcome = Outcome::Shortfall;
     }
+    if exported.is_broken {
+        warn(&format!(
+            "roll-outs contradict the plan of task `{}`: its controller does not do what was predicted",
+            exported.task.name
+        ));
+        outcome = Outcome::Shortfall;
+    }
     Ok(outcome)
 }
 

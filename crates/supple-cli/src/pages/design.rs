@@ -8,7 +8,7 @@ use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
-use super::evaluation::{excess, limit_lines, minima, prices, reached_lines};
+use super::evaluation::{above_limit, excess, limit_lines, minima, prices, reached_lines};
 use super::next;
 use crate::tables::{Rows, align_right, heading, number, percent, table};
 use crate::{catalogue, contacts, informations, split, trust};
@@ -93,7 +93,8 @@ fn results(about: &About, report: &DesignReport) -> Rows {
             let (from, to) = (from.cost_mean, to.cost_mean);
             let change = if from.is_finite() && to.is_finite() { percent(from, to) } else { String::new() };
             let name = format!("sampled cost of {}", after.name);
-            results.add_row([name, number(from), number(to), change, String::new(), String::new()]);
+            let note = above_limit(after).unwrap_or_default();
+            results.add_row([name, number(from), number(to), change, String::new(), note]);
         }
     }
     align_right(&mut results, 1..5);

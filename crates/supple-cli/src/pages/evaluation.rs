@@ -76,7 +76,9 @@ fn number_rows(at: &Evaluation, task: &TaskEvaluation) -> Rows {
         rows.add_row(["sampled cost", "none", &note]);
     } else if let Some(sampled) = &task.monte_carlo {
         let interval = sampled.cost_interval_95.map_or_else(String::new, |of| format!("{}, ", trust::between(of)));
-        let note = format!("{interval}{} roll-outs, {:+.4} from the expected", sampled.rollouts, sampled.difference);
+        let mut note =
+            format!("{interval}{} roll-outs, {:+.4} from the expected", sampled.rollouts, sampled.difference);
+        note.push_str(&above_limit(task).map(|above| format!("; {above}")).unwrap_or_default());
         rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
     }
     for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {
@@ -164,6 +166,12 @@ pub(super) fn bound_note(at: &Evaluation, task: &TaskEvaluation) -> String {
         (None, Some(bound)) => format!("within the cost limit {}", number(bound)),
         (None, None) => String::new(),
     }
+}
+
+/// That roll-outs exceed the cost limit.
+pub(super) fn above_limit(task: &TaskEvaluation) -> Option<String> {
+    let (bound, sampled) = (task.limit_exceeded_in_rollouts()?, task.monte_carlo.as_ref()?.cost_mean);
+    Some(format!("above the cost limit by {}", excess(sampled, bound)))
 }
 
 fn gradient_tables(task: &TaskEvaluation) -> String {

@@ -2,7 +2,7 @@
 
 use supple::design::DesignStatus;
 use supple::plan::PlanStatus;
-use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation, Verdict};
+use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation};
 use supple_study::About;
 use supple_study::design::DesignReport;
 
@@ -180,8 +180,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
             limit.name
         ));
     }
-    let broken = task.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken);
-    broken
+    task.is_broken()
         .then(|| format!("less noise or softer contacts, as the roll-outs of {name} say: they do not follow the plan"))
 }
 
@@ -211,7 +210,7 @@ fn listed(names: &[String]) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use supple::{EvaluateOptions, PriceReport};
+    use supple::{EvaluateOptions, PriceReport, Verdict};
 
     use super::*;
 

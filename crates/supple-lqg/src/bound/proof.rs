@@ -110,16 +110,17 @@ impl Lower {
         Self::of_any(&Given { stages, initial: Some(of(&horizon.initial, 0)), budget }, attempt)
     }
 
-    /// The same beside what sensors achieve at the cost asked for: less than what is proved cannot be, and then one of the
-    /// two is wrong.
-    pub fn beside(self, achieved: Option<&Achieved>) -> Self {
-        match achieved {
+    /// The same beside what sensors achieve at the cost asked for: less than what is proved cannot be; then one of the two is
+    /// wrong, and neither is taken.
+    pub fn beside(self, kept: &mut Option<Achieved>) -> Self {
+        match *kept {
             Some(achieved) if achieved.nats < self.nats * (1.0 - CONSISTENT) - CONSISTENT => {
                 let reason = format!(
                     "the virtual sensor achieves {:.7} bits, less than the bound of {:.7}",
                     achieved.nats / LN_2,
                     self.nats / LN_2
                 );
+                *kept = None;
                 Self { nats: 0.0, proof: Proof::NotProved { reason } }
             }
             _ => self,

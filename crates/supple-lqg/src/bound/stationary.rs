@@ -181,10 +181,9 @@ fn at(
         None => (sensor, None),
     };
     // What the sensor achieves is an upper bound too, without what the barriers leave in every direction.
-    let kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
+    let mut kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
     let witnesses: [&dyn Fn() -> Witness; 2] = [&|| witness.clone(), &|| Witness::settled(&chain, &found, budget)];
-    let lower = Lower::of_stationary(system, cost, &Attempt { nats, witnesses }).beside(kept.as_ref());
-
+    let lower = Lower::of_stationary(system, cost, &Attempt { nats, witnesses }).beside(&mut kept);
     let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats)).max(lower.nats);
     Ok(StationaryMinimum {
         nats,

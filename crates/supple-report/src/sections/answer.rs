@@ -289,7 +289,8 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
             let interval = b
                 .cost_interval_95
                 .map_or_else(String::new, |interval| format!("{}, ", supple_text::interval_95(interval, number)));
-            let note = format!("{interval}{} roll-outs", b.rollouts);
+            let above = if after.limit_exceeded_in_rollouts().is_some() { "; above the cost limit" } else { "" };
+            let note = format!("{interval}{} roll-outs{above}", b.rollouts);
             add(format!("sampled cost of {}", after.name), "", a.cost_mean, b.cost_mean, [String::new(), note]);
         }
     }

@@ -61,6 +61,8 @@ pub struct ExportedController {
     pub expected_cost: f64,
     /// How its plan ended.
     pub status: PlanStatus,
+    /// Whether roll-outs of the result contradict the plan.
+    pub is_broken: bool,
     /// The parameters by name.
     pub parameters: Named,
     /// Time step, s.
@@ -121,6 +123,7 @@ impl ExportedController {
             task: task.clone(),
             expected_cost: report.cost.expected,
             status: report.status,
+            is_broken: report.is_broken(),
             parameters: evaluation.parameters.clone(),
             time_step: task.time_step.resolve(&phi),
             channels: task.system.channels(),

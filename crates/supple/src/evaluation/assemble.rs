@@ -43,12 +43,13 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
         per_step_nats: state.information.per_step.clone(),
         needed: None,
         needed_takes_long: false,
+        needed_not_found: None,
         control: Some(control_report(state)?),
     })
 }
 
-/// Adds the least information over a plan's horizon; nothing where it was not found: at plans that are no optima, and beyond
-/// what rounding allows. Unless it counts in what is minimised, it is left out too where it takes long.
+/// Adds the least information over a plan's horizon, or why it was not found: at plans that are no optima, and beyond what
+/// rounding allows. Unless it counts in what is minimised, it is left out too where it takes long.
 pub(super) fn add_needed(
     (task, phi): (&Task, &[f64]),
     counts: bool,
@@ -64,6 +65,7 @@ pub(super) fn add_needed(
         Needed::soon(horizon, cost, &mut state.nearby)
     };
     information.needed_takes_long = matches!(found, Ok(None));
+    information.needed_not_found = found.as_ref().err().map(ToString::to_string);
     information.needed = found.ok().flatten().map(|found| NeededInformation {
         total_nats: found.nats,
         total_bits: found.nats / std::f64::consts::LN_2,

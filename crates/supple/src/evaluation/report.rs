@@ -11,7 +11,7 @@ use super::controller::ControllerReport;
 use super::curves::{ContactCurve, CostCurve, QuantityCurve};
 use super::reached::LimitReached;
 use super::sensing::MeasurementReport;
-use super::trust::Trust;
+use super::trust::{Trust, Verdict};
 use crate::plan::PlanStatus;
 use crate::settings::InformationWeights;
 use crate::simulate::{MonteCarlo, Sample};
@@ -68,6 +68,12 @@ impl Evaluation {
     /// Why its numbers cannot be trusted, of all tasks; nothing where all is well.
     pub fn warnings(&self) -> impl Iterator<Item = &str> {
         self.tasks.iter().flat_map(|task| &task.warnings).map(String::as_str)
+    }
+
+    /// Whether roll-outs contradict a task, so that its numbers must not be used.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        self.tasks.iter().any(TaskEvaluation::is_broken)
     }
 }
 
@@ -137,6 +143,21 @@ pub struct TaskEvaluation {
     pub trajectory: Option<TrajectoryReport>,
 }
 
+impl TaskEvaluation {
+    /// Whether roll-outs contradict its plan, so that its numbers must not be used.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        self.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken)
+    }
+
+    /// The cost limit, where roll-outs cost more than it by more than chance: their 95 % interval lies above.
+    #[must_use]
+    pub fn limit_exceeded_in_rollouts(&self) -> Option<f64> {
+        let [low, _] = self.monte_carlo.as_ref()?.cost_interval_95?;
+        self.cost.bound.filter(|&bound| low > bound)
+    }
+}
+
 /// The expected cost of a task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -180,6 +201,9 @@ pub struct InformationReport {
     /// their number and time by the sixth.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub needed_takes_long: bool,
+    /// Why `needed` was not found, where it was looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub needed_not_found: Option<String>,
     /// The part that reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control: Option<ControlInformation>,

@@ -51,11 +51,13 @@ fn correct(predicted: &Matrix, stage: &Stage, sensor: &Sensor) -> Option<(Filter
             return None;
         }
         nats += 0.5 * math::ln_1p((known / variance).max(0.0));
-        // Joseph's form, so that what is left stays a covariance.
+        // Joseph's form, (I - k c') P (I - c k') + k v k': where little is left of much, (I - k c') takes the rounding of
+        // one factor along with it, and what is left is the last term.
         let gain: Vec<f64> = along.iter().map(|a| a / innovation).collect();
-        p = Matrix::from_fn(n, n, |i, j| {
-            p.at(i, j) - gain[i] * along[j] - along[i] * gain[j] + gain[i] * gain[j] * innovation
-        });
+        let once = Matrix::from_fn(n, n, |i, j| p.at(i, j) - gain[i] * along[j]);
+        let along_once: Vec<f64> = (0..n).map(|i| (0..n).map(|j| once.at(i, j) * c(j)).sum()).collect();
+        let twice = |i, j| once.at(i, j) - along_once[i] * gain[j];
+        p = Matrix::from_fn(n, n, |i, j| 0.5 * (twice(i, j) + twice(j, i)) + gain[i] * variance * gain[j]);
     }
     let price = stage.price.entries.iter().zip(&p.entries).map(|(a, b)| a * b).sum();
     Some((Filtered { nats, price }, p))

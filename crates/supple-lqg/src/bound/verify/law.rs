@@ -19,6 +19,7 @@ pub(crate) struct Along {
 }
 
 /// One step.
+#[derive(Clone)]
 pub(crate) struct AlongStep {
     pub dynamics: Matrix,
     pub cost: Matrix,
@@ -35,7 +36,7 @@ pub(crate) struct Law {
     /// How far the entries of these may be from those for which that is proved.
     pub radii: Vec<Matrix>,
     /// How far, relatively, the costs for which it is proved are from those given: 0 unless a control has a price that is
-    /// 0 but for rounding.
+    /// 0, or negative, but for rounding.
     pub distance: f64,
 }
 
@@ -51,6 +52,9 @@ enum Failure {
 /// The widest least cost that counts as known, relative to what it is summed from.
 const SHARP: f64 = 1e-14;
 
+/// The rounding of an entry of a cost that was computed, relatively.
+const ROUNDED: f64 = 4.0 * f64::EPSILON;
+
 /// Multiplications of words that may be spent on more digits: a minute or so.
 const MOST_WORK: f64 = 3e10;
 
@@ -58,9 +62,29 @@ const MOST_WORK: f64 = 3e10;
 pub(super) const STOPPED: &str = "the computation was stopped";
 
 /// The law, by 128 bits and more where the two sides of the least cost do not meet; why it is not proved otherwise.
+///
+/// Costs that are semidefinite, as `q q'`, are so no longer once their entries are rounded. Where controls would lower such
+/// a cost without end, the law is that of the cost with a diagonal that is greater by what rounding explains.
 pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, String> {
+    let (failure, reason) = match of_costs(along, is_stopped) {
+        Ok(law) => return Ok(law),
+        Err(found) => found,
+    };
+    if matches!(failure, Failure::Indefinite(_)) {
+        let (raised, by) = along.raised();
+        match of_costs(&raised, is_stopped) {
+            Ok(law) => return Ok(Law { distance: law.distance.max(by), ..law }),
+            Err((Failure::Stopped, stopped)) => return Err(stopped),
+            Err(_) => {}
+        }
+    }
+    Err(reason)
+}
+
+/// The law of the costs as they are.
+fn of_costs(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, (Failure, String)> {
     let joint = along.steps.first().map_or(0, |step| step.cost.rows);
-    let mut reason = String::new();
+    let mut last = (Failure::Digits, String::new());
     for words in widths(along.last.rows, joint, along.steps.len()) {
         let found = match words {
             2 => Sweep::<2>::run(along, is_stopped),
@@ -68,17 +92,40 @@ pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, S
             16 => Sweep::<16>::run(along, is_stopped),
             _ => Sweep::<64>::run(along, is_stopped),
         };
-        match found {
+        let failure = match found {
             Ok(law) => return Ok(law),
-            Err(Failure::Stopped) => return Err(STOPPED.into()),
-            Err(Failure::Indefinite(t)) => reason = format!("the cost of the controls at step {t} is not convex"),
-            Err(Failure::Digits) => {
+            Err(failure) => failure,
+        };
+        let reason = match failure {
+            Failure::Stopped => return Err((failure, STOPPED.into())),
+            Failure::Indefinite(t) => format!("the cost of the controls at step {t} is not convex"),
+            Failure::Digits => {
                 let bits = 64 * words;
-                reason = format!("the least cost is too sensitive to rounding: {bits} bits do not determine it");
+                format!("the least cost is too sensitive to rounding: {bits} bits do not determine it")
             }
-        }
+        };
+        last = (failure, reason);
     }
-    Err(reason)
+    Err(last)
+}
+
+impl Along {
+    /// With a diagonal of every cost that is greater by what the rounding of its entries may have taken, and by how much,
+    /// relatively.
+    fn raised(&self) -> (Self, f64) {
+        let joint = self.steps.first().map_or(0, |step| step.cost.rows);
+        let by = joint as f64 * ROUNDED;
+        let raised = |cost: &Matrix| {
+            Matrix::from_fn(
+                cost.rows,
+                cost.rows,
+                |i, j| if i == j { cost.at(i, i) * (1.0 + by) } else { cost.at(i, j) },
+            )
+        };
+        let step = |step: &AlongStep| AlongStep { cost: raised(&step.cost), ..step.clone() };
+        let steps = self.steps.iter().map(step).collect();
+        (Self { steps, last: raised(&self.last), initial: self.initial.clone(), nominal: self.nominal }, by)
+    }
 }
 
 /// Words of the numbers of sweeps, more where fewer do not suffice, as far as the work allows.
