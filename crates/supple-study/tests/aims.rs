@@ -127,6 +127,34 @@ fn designs_of_a_wiping_arm_for_the_three_are_as_shown() {
     assert_designs("wiping_arm.toml", 2, &[("k", 2), ("d", 2), ("rest", 3)]);
 }
 
+/// Where designs begin to need something, a sum with what is needed has an edge, at which searches stopped that follow
+/// gradients. The best design of the sum is on that edge.
+#[test]
+fn a_sum_with_what_is_needed_is_minimised_beside_designs_that_need_nothing() {
+    let task = task("two_mass.toml");
+    let problem = &task.problem;
+    let information = InformationWeights { measured: 0.01, ..InformationWeights::NEEDED };
+    let settings = DesignSettings { information, starts: 1, ..problem.design.clone() };
+    let found = design(problem, &task.phi, &settings, Control::default()).unwrap();
+    assert_eq!(found.status, DesignStatus::Converged);
+    assert_eq!(found.found().passed, 0);
+    let options =
+        EvaluateOptions { needed: true, controls: Some(found.found().controls.clone()), ..Default::default() };
+    let at = problem.evaluate(&found.found().to, &options).unwrap();
+    let information = &at.tasks[0].information;
+    assert!(information.needed.as_ref().unwrap().total_bits < 1e-5, "{information:?}");
+    assert!((found.found().objective - 0.01 * information.total_nats).abs() < 1e-9 * information.total_nats);
+    // Below the best of either side of the edge.
+    for factor in [0.97, 1.03] {
+        let mut phi = found.found().to.clone();
+        phi[problem.parameters.index("k1").unwrap()] *= factor;
+        let beside = problem.evaluate(&phi, &EvaluateOptions { needed: true, ..Default::default() }).unwrap();
+        let information = &beside.tasks[0].information;
+        let sum = information.needed.as_ref().unwrap().total_nats + 0.01 * information.total_nats;
+        assert!(sum > found.found().objective || !beside.feasible, "{factor}: {sum}");
+    }
+}
+
 /// A search of the door, and its result evaluated with roll-outs, without the rest of a report.
 fn door_searched(task: &LoadedTask, kind: &str) -> (usize, Evaluation) {
     let problem = &task.problem;

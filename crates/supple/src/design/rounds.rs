@@ -42,7 +42,7 @@ impl Rounds<'_, '_> {
             let mut search =
                 Search { visitor, control, start: self.start, evaluations: 0, without_contact: 0, error: None };
             search.tell(&first);
-            let ending = run_optimiser(&mut search, optimiser);
+            let ending = run_optimiser(&mut search, optimiser, self.searcher.goes_on);
             self.summary.evaluations += search.evaluations;
             self.summary.without_contact += search.without_contact;
             self.summary.error = search.error.take();
@@ -120,7 +120,10 @@ impl Rounds<'_, '_> {
 }
 
 /// Runs an optimiser from the last design of a search, and leaves the design that it found as the last one.
-fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser) -> Ending {
+///
+/// Where designs begin to need something, a sum with what is needed has an edge, across which gradients say nothing: a search
+/// that ends among designs that need nothing `goes_on` among those.
+fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) -> Ending {
     let mut ending = Ending::Stalled;
     for _ in 0..optimiser.runs() {
         let Some(first) = search.visitor.visits.last().cloned() else { break };
@@ -131,11 +134,16 @@ fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser) -> Ending {
             break;
         }
         let Some(best) = search.choose() else { break };
-        if ending == Ending::Stopped
-            || search.error.is_some()
-            || search.optimality(&best).0 <= OPTIMAL
-            || best.scaled == first.scaled
+        if ending == Ending::Stopped || search.error.is_some() || search.optimality(&best).0 <= OPTIMAL {
+            break;
+        }
+        if goes_on
+            && let Some(others) = search.visitor.weighed.weights.without_needed()
+            && search.visitor.stays_where_nothing_is_needed(&best, others).unwrap_or(false)
         {
+            continue;
+        }
+        if best.scaled == first.scaled {
             break;
         }
     }

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::problem::Problem;
 
 /// Violations up to this, relative to the bound, are rounding.
-const ROUNDING: f64 = 1e-9;
+pub(super) const ROUNDING: f64 = 1e-9;
 
 /// One optimiser's run from one start on one branch.
 pub(crate) struct Search<'a, 'b> {

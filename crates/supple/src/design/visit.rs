@@ -1,7 +1,8 @@
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
-use super::visited::{PriceVisit, TaskVisit, Visit};
+use super::search::ROUNDING;
+use super::visited::{PriceVisit, TaskVisit, Visit, controls_of};
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
 use crate::aims::{Limit, cost_without_measurements, information_within};
@@ -101,6 +102,21 @@ impl<'a> Visitor<'a> {
     pub fn restart(&mut self, phi: &[f64], controls: &[Matrices]) -> Result<&Visit, Error> {
         self.visits.clear();
         self.visit_from(phi.to_vec(), (phi, controls.iter().collect()), None)
+    }
+
+    /// Where a design needs nothing, minimises other information from now on, among designs that need nothing either, and
+    /// says so.
+    pub fn stays_where_nothing_is_needed(&mut self, at: &Visit, others: InformationWeights) -> Result<bool, Error> {
+        let before = std::mem::replace(&mut self.weighed, Weighed { weights: others, needs_nothing: true });
+        let visits = std::mem::take(&mut self.visits);
+        let needs_nothing = self.restart(&at.phi, &controls_of(at)).map(|visit| {
+            let mut excess = visit.tasks.iter().map(TaskVisit::unmeasured_violation);
+            excess.all(|excess| excess.is_some_and(|excess| excess <= ROUNDING))
+        });
+        if !matches!(needs_nothing, Ok(true)) {
+            (self.weighed, self.visits) = (before, visits);
+        }
+        needs_nothing
     }
 
     /// Visits scaled coordinates, continuing the plans of the nearest design visited before.

@@ -55,6 +55,12 @@ impl InformationWeights {
         }
     }
 
+    /// The others, where what is needed is one kind of several.
+    pub(crate) fn without_needed(self) -> Option<Self> {
+        let others = Self { needed: 0.0, ..self };
+        (self.needed > 0.0 && others.are_valid()).then_some(others)
+    }
+
     /// The name of the kind that a search is after, where it is one of them alone.
     pub fn kind(&self) -> Option<&'static str> {
         KINDS.iter().find(|(_, weights)| weights == self).map(|&(name, _)| name)

@@ -409,6 +409,65 @@ fn bounds_are_those_of_the_exact_law_where_rounding_makes_plans_indefinite() {
     assert!(indefinite > 0, "some of these plans are indefinite in double precision");
 }
 
+/// A cost `q q'` is indefinite once its entries are rounded: free controls would lower it without end, by the last digit.
+#[test]
+fn rounded_products_are_costs_that_are_proved() {
+    let mut state = 11u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(3 << 22) - 2.0 / 3.0
+    };
+    let mut raised = 0;
+    for (states, steps) in [(2, 4), (3, 4), (3, 7), (4, 5)].repeat(5) {
+        let mut list = |count: usize| (0..count).map(|_| next()).collect::<Vec<f64>>();
+        let rows = |entries: &[f64], width: usize| format!("{:?}", entries.chunks(width).collect::<Vec<_>>());
+        let product =
+            |v: Vec<f64>| rows(&v.iter().flat_map(|a| v.iter().map(move |b| a * b)).collect::<Vec<_>>(), states);
+        let eye: Vec<f64> = (0..states * states).map(|i| f64::from(u8::from(i % (states + 1) == 0))).collect();
+        let (a, b) = (rows(&list(states * states), states), rows(&list(states * 2), 2));
+        let arrays = format!("A = {a}\nB = {b}\nC = {}", rows(&eye, states));
+        let costs = format!("Q = {}\nR = [[0.0, 0.0], [0.0, 0.0]]", product(list(states)));
+        let noise = format!("initial = {}\nprocess = {}", rows(&eye, states), product(list(states)));
+        let problem = linear(&arrays, &costs, &noise, steps, states, 2);
+        let at = |cost: f64| {
+            let options = BoundOptions { cost: Some(cost), ..BoundOptions::default() };
+            problem.bound(&[], &options).unwrap().tasks.remove(0)
+        };
+        let least = at(1e3).minimum_cost;
+        for share in [0.01, 0.1, 0.3] {
+            let bound = at(least * (1.0 + share));
+            assert!(bound.proved, "{bound:?}");
+            assert!(bound.proof_distance.unwrap() < 1e-13, "{bound:?}");
+            assert!(
+                bound.minimum_lower_bits_per_step <= bound.achieved_bits_per_step.unwrap() * (1.0 + 1e-9),
+                "{bound:?}"
+            );
+            raised += usize::from(bound.proof_distance.unwrap() > 1e-15);
+        }
+    }
+    assert!(raised > 0, "some of these costs are indefinite by rounding");
+}
+
+/// Where the first state is hardly known, a precise sensor leaves next to nothing of much: what a filter takes away in one
+/// step then loses all digits of what is left, and the virtual sensor seemed to need 27 bits instead of 177.
+#[test]
+fn precise_sensors_of_what_grows_achieve_what_they_do() {
+    for (initial, variance, price) in [(1e6, 1e-5, 1e-6), (1e3, 1e-6, 1.0), (1e6, 1e-12, 1.0)] {
+        let text = format!(
+            "[model]\nkind = \"linear\"\nA = [[3.1]]\nB = [[1]]\nC = [[1]]\n[[tasks]]\nname = \"t\"\nsteps = 100\n\
+             time_step = 1.0\ninitial_state = [0]\ninitial_control = [0]\n[tasks.noise]\ninitial = [{initial:e}]\n\
+             process = [0.0]\nmeasurement = [{variance:e}]\n[[tasks.costs]]\nkind = \"quadratic\"\nQ = [[1]]\n\
+             R = [[{price:e}]]\n"
+        );
+        let problem = supple_file::parse(&text, "test").unwrap();
+        let bound = problem.bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0);
+        assert!(bound.proved, "{bound:?}");
+        let (lower, achieved) = (bound.minimum_lower_bits_per_step, bound.achieved_bits_per_step.unwrap());
+        assert!(lower <= achieved * (1.0 + 1e-9) && achieved < lower + 0.01, "{lower} {achieved}");
+        assert!(achieved > 3.1f64.log2(), "{achieved}");
+    }
+}
+
 /// After the second step nothing moves that costs anything.
 #[test]
 fn decisions_before_which_nothing_is_left_to_know_need_no_bits() {
