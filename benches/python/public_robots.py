@@ -43,8 +43,8 @@ MOVING = {"revolute", "continuous", "prismatic"}
 # Words of the messages with which the program rightly refuses a robot, by class.
 NOT_URDF = "not valid URDF"
 REFUSED = {
-    NOT_URDF: ("there is no link", "there is no joint", "is missing", "has at least one link"),
-    "massless joints": ("moves nothing that has inertia", "without moving anything that has inertia"),
+    NOT_URDF: ("no links", "there is no joint", "is missing", "has at least one link"),
+    "massless joints": ("moves no inertia", "without moving anything that has inertia"),
     "nothing moves": ("no joint that moves", "no joint moves", "nothing moves"),
 }
 

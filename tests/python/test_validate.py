@@ -194,6 +194,11 @@ def test_the_documentation_has_these_numbers(wiping: supple.validation.Validatio
     rows = [
         [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("| ")
     ]
+    for name, task in supple.load("tasks/iiwa_door.toml").evaluate(rollouts=0).tasks.items():
+        of_door = [row for row in rows if row[:2] == [f"iiwa_door: {name}", "start"]]
+        assert len(of_door) == 2
+        for row in of_door:
+            assert row[3] == f"{task.cost.expected:.4g}" and row[5] == f"{task.information.total_bits:.4g}"
     elbow = supple.mujoco.validate(supple.load("tasks/elastic_elbow.toml"), rollouts=20)
     for name, task in [("elastic_elbow: press", elbow.tasks["press"]), ("wiping_arm: wipe", wiping.tasks["wipe"])]:
         for plant, loop in [("supple", task.supple), (f"MuJoCo, {task.mujoco_steps} steps", task.mujoco)]:

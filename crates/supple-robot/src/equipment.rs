@@ -139,6 +139,11 @@ pub struct Omitted {
     pub line: usize,
 }
 
+impl Omitted {
+    /// Why what acts on a locked joint is left out.
+    pub const LOCKED: &str = "its joint is locked";
+}
+
 /// A keyframe: a state of the robot with a name, and controls for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {

@@ -71,7 +71,7 @@ impl Robot {
         let Self { joints, actuators, sensors, keys, omitted, .. } = self;
         let moves = |joint: usize| joints.get(joint).is_some_and(|joint| joint.kind != JointKind::Fixed);
         let mut omit = |what, name: &str, line| {
-            omitted.push(Omitted { what, name: name.to_owned(), why: "its joint is locked".to_owned(), line });
+            omitted.push(Omitted { what, name: name.to_owned(), why: Omitted::LOCKED.to_owned(), line });
         };
         let kept: Vec<bool> = actuators.iter().map(|actuator| moves(actuator.joint)).collect();
         for (actuator, _) in actuators.iter().zip(&kept).filter(|(_, kept)| !**kept) {

@@ -63,7 +63,7 @@ impl de::Error for ReadError {
     }
     fn unknown_field(found: &str, valid: &'static [&'static str]) -> Self {
         let error = Self::custom(format_args!("unknown key `{found}`; valid are {}", quoted(valid)));
-        Self { help: nearest(found, valid), ..error }
+        Self { help: replaced(found, valid).or_else(|| nearest(found, valid)), ..error }
     }
     fn unknown_variant(found: &str, valid: &'static [&'static str]) -> Self {
         let error = Self::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
@@ -72,6 +72,15 @@ impl de::Error for ReadError {
     fn missing_field(key: &'static str) -> Self {
         Self { path: key.to_owned(), ..Self::custom("is missing") }
     }
+}
+
+/// What to write in place of a key of earlier versions whose meaning changed.
+fn replaced(found: &str, valid: &[&str]) -> Option<String> {
+    let is_contact = found == "damping" && valid.contains(&"dissipation");
+    is_contact.then(|| {
+        "`dissipation`, s/m, takes its place: the force of a contact is multiplied by 1 + dissipation x speed of approach"
+            .to_owned()
+    })
 }
 
 /// Whether serde expects a whole number without a sign.

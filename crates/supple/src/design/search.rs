@@ -2,13 +2,10 @@
 
 use super::optimality::optimality;
 use super::visit::Visitor;
-use super::visited::Visit;
+use super::visited::{ROUNDING, Visit};
 use super::{Aim, Control, DesignSettings, Event};
 use crate::Error;
 use crate::problem::Problem;
-
-/// Violations up to this, relative to the bound, are rounding.
-pub(super) const ROUNDING: f64 = 1e-9;
 
 /// One optimiser's run from one start on one branch.
 pub(crate) struct Search<'a, 'b> {

@@ -1,8 +1,7 @@
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
-use super::search::ROUNDING;
-use super::visited::{PriceVisit, TaskVisit, Visit, controls_of};
+use super::visited::{PriceVisit, ROUNDING, TaskVisit, Visit, controls_of};
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
 use crate::aims::{Limit, cost_without_measurements, information_within};

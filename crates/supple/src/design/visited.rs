@@ -14,6 +14,9 @@ const SURPRISE: f64 = 0.25;
 /// Beyond this distance in scaled coordinates, slopes cannot detect branch changes.
 const NEAR: f64 = 0.25;
 
+/// Violations up to this, relative to the bound, are rounding.
+pub(super) const ROUNDING: f64 = 1e-9;
+
 /// What is known of one task at a visited design.
 #[derive(Clone, Debug)]
 pub(crate) struct TaskVisit {

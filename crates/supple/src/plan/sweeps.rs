@@ -72,8 +72,10 @@ pub(crate) fn finish(
     }
     let mut mu = 0.0;
     while let Err(step) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
-        // A law that is defined everywhere, for people to look at; the status says that it is no optimum.
-        plan.status = PlanStatus::Indefinite;
+        // A law that is defined everywhere, for people to look at; the status says that it is no optimum, or that time was up.
+        if plan.status != PlanStatus::TimeLimit {
+            plan.status = PlanStatus::Indefinite;
+        }
         mu = (10.0 * mu).max(LEAST_MU);
         if mu > MOST_MU {
             return Err(Error::NotPositiveDefinite { what: "the control's curvature", step });

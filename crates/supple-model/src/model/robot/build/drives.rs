@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use supple_robot::{Actuator, Law};
+use supple_robot::{Actuator, Law, Omitted};
 use supple_text::FileError;
 
 use super::Build;
@@ -117,7 +117,13 @@ impl Build<'_> {
                         "actuator `{name}` of the robot's file (line {}) is not supported: {}",
                         omitted.line, omitted.why
                     );
-                    let help = "list the joints to be driven instead".to_owned();
+                    let is_locked = omitted.why == Omitted::LOCKED;
+                    let help = if is_locked {
+                        "unlock its joint, or leave it out"
+                    } else {
+                        "list the joints to be driven instead"
+                    };
+                    let help = help.to_owned();
                     FileError { message, help: Some(help), ..error }
                 }
                 None if from_file && !self.robot.actuators.is_empty() => {
