@@ -49,7 +49,7 @@ impl Robot {
         let message = format!("the robot's file has no keyframe `{name}`: {}", supple_text::owned(&keys));
         let help = supple_text::nearest(name, &keys).or_else(|| match keys.first() {
             Some(first) => Some(format!("write key = {first:?}")),
-            None => Some("this robot file defines no keyframes: name positions of joints, or give a `pose`".into()),
+            None => Some("name positions of joints instead, or give a `pose`".into()),
         });
         Unfit { help, ..Unfit::new("key", message) }
     }
