@@ -63,7 +63,7 @@ impl de::Error for ReadError {
     }
     fn unknown_field(found: &str, valid: &'static [&'static str]) -> Self {
         let error = Self::custom(format_args!("unknown key `{found}`; valid are {}", quoted(valid)));
-        Self { help: replaced(found, valid).or_else(|| nearest(found, valid)), ..error }
+        Self { help: instead_of(found, valid), ..error }
     }
     fn unknown_variant(found: &str, valid: &'static [&'static str]) -> Self {
         let error = Self::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
@@ -74,13 +74,13 @@ impl de::Error for ReadError {
     }
 }
 
-/// What to write in place of a key of earlier versions whose meaning changed.
-fn replaced(found: &str, valid: &[&str]) -> Option<String> {
-    let is_contact = found == "damping" && valid.contains(&"dissipation");
-    is_contact.then(|| {
-        "`dissipation`, s/m, takes its place: the force of a contact is multiplied by 1 + dissipation x speed of approach"
-            .to_owned()
-    })
+/// What to write instead of an unknown key: what takes the place of one of earlier versions, or the key nearest to it.
+pub(super) fn instead_of(found: &str, valid: &[&str]) -> Option<String> {
+    if found == "damping" && valid.contains(&"dissipation") {
+        let what = "the force of a contact is multiplied by 1 + dissipation x speed of approach";
+        return Some(format!("`dissipation`, s/m, takes its place: {what}"));
+    }
+    nearest(found, valid)
 }
 
 /// Whether serde expects a whole number without a sign.

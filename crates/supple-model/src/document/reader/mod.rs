@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::forward_to_deserialize_any;
-use supple_text::{nearest, quoted};
+use supple_text::quoted;
 
 use super::content::{Content, Spanned, Table};
-use super::read_error::{ReadError, name_of};
+use super::read_error::{ReadError, instead_of, name_of};
 use crate::value::{Names, VALUE, as_key};
 
 mod cells;
@@ -143,7 +143,7 @@ impl<'a> Reader<'a> {
         let valid: Vec<&str> = own.iter().copied().chain(apart()).collect();
         let found = key.get_ref();
         let error = ReadError::custom(format_args!("unknown key `{found}`; valid are {}", quoted(&valid)));
-        Err(ReadError { help: nearest(found, &valid), ..error }.within(&as_key(found), key.span()))
+        Err(ReadError { help: instead_of(found, &valid), ..error }.within(&as_key(found), key.span()))
     }
 
     /// The entries of a table in the order of the file.

@@ -143,6 +143,15 @@ fn place_of_the_wall_is_a_state_that_stays() {
     assert_eq!(step(&problem, &moved, &[1.0, 2.0, 3.0], &[])[6], 0.01);
 }
 
+/// Contacts of earlier versions had a damping, which pushed at a distance.
+#[test]
+fn the_damping_of_earlier_contacts_is_told_what_takes_its_place() {
+    let error =
+        supple_file::parse(&disc(0.1, "damping = 5.0\n").text(), "tests/data/task.toml").err().unwrap().to_string();
+    assert!(error.contains("unknown key `damping`"), "{error}");
+    assert!(error.contains("(`dissipation`, s/m, takes its place"), "{error}");
+}
+
 /// Dropped on the wall, the disc comes to rest where the spring carries it.
 #[test]
 fn a_disc_comes_to_rest_on_the_wall() {
