@@ -117,8 +117,7 @@ impl StudyResult {
     }
 
     /// Whether it is less than what was asked for: stopped, not converged, above a limit, with warnings, or contradicted by
-    /// roll-outs. Numbers that
-    /// are not finite are for [`not_finite`](Self::not_finite) to find.
+    /// roll-outs. Numbers that are not finite are for [`not_finite`](Self::not_finite) to find.
     pub fn falls_short(&self) -> bool {
         let as_asked = match self {
             Self::Design(result) => result.status == DesignStatus::Converged && is_trusted(&result.optimum),

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use supple::simulate::MonteCarlo;
 use supple::system::Curvature;
 use supple::{Evaluation, LimitReached, LimitViolation, TaskEvaluation};
 use supple_study::About;
@@ -76,9 +77,9 @@ fn number_rows(at: &Evaluation, task: &TaskEvaluation) -> Rows {
         rows.add_row(["sampled cost", "none", &note]);
     } else if let Some(sampled) = &task.monte_carlo {
         let interval = sampled.cost_interval_95.map_or_else(String::new, |of| format!("{}, ", trust::between(of)));
-        let mut note =
-            format!("{interval}{} roll-outs, {:+.4} from the expected", sampled.rollouts, sampled.difference);
-        note.push_str(&above_limit(task).map(|above| format!("; {above}")).unwrap_or_default());
+        let above = above_limit(task).map_or_else(String::new, |above| format!("; {above}"));
+        let MonteCarlo { rollouts, difference, .. } = sampled;
+        let note = format!("{interval}{rollouts} roll-outs, {difference:+.4} from the expected{above}");
         rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
     }
     for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {

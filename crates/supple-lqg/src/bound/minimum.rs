@@ -227,12 +227,11 @@ fn solution(
     let total: f64 = per_step_nats.iter().sum();
     let sensors = sensors(chain, &found);
     let achieved = Achieved::of_horizon(horizon, &sensors);
-    let mut kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
+    let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
     let witnesses: [&dyn Fn() -> Witness; 2] =
         [&|| Witness::new(chain, &found, budget), &|| Witness::settled(chain, &found, budget)];
-    let lower = Lower::of_horizon((horizon, spread), asked, &Attempt { nats: total, witnesses }).beside(&mut kept);
-    // What the sensors achieve is an upper bound too, without what the barriers leave in every direction.
-    let nats = kept.map_or(total, |achieved| achieved.nats.min(total)).max(lower.nats);
+    let lower = Lower::of_horizon((horizon, spread), asked, &Attempt { nats: total, witnesses });
+    let (lower, nats) = lower.beside(kept, total);
     per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);
     MinimumInformation {
         nats,

@@ -110,21 +110,21 @@ impl Lower {
         Self::of_any(&Given { stages, initial: Some(of(&horizon.initial, 0)), budget }, attempt)
     }
 
-    /// The same beside what sensors achieve at the cost asked for: less than what is proved cannot be; then one of the two is
-    /// wrong, and neither is taken.
-    pub fn beside(self, kept: &mut Option<Achieved>) -> Self {
-        match *kept {
-            Some(achieved) if achieved.nats < self.nats * (1.0 - CONSISTENT) - CONSISTENT => {
-                let reason = format!(
-                    "the virtual sensor achieves {:.7} bits, less than the bound of {:.7}",
-                    achieved.nats / LN_2,
-                    self.nats / LN_2
-                );
-                *kept = None;
-                Self { nats: 0.0, proof: Proof::NotProved { reason } }
-            }
-            _ => self,
+    /// The same beside what sensors achieve at the cost asked for, and the least that is known to suffice, nats, where the
+    /// search found `nats`: what sensors achieve is an upper bound too, without what the barriers leave in every direction.
+    /// Less than what is proved cannot be; then one of the two is wrong, and neither is taken.
+    pub fn beside(self, kept: Option<Achieved>, nats: f64) -> (Self, f64) {
+        let achieved = kept.map_or(nats, |achieved| achieved.nats);
+        if kept.is_some() && achieved < self.nats * (1.0 - CONSISTENT) - CONSISTENT {
+            let reason = format!(
+                "the virtual sensor achieves {:.7} bits, less than the bound of {:.7}",
+                achieved / LN_2,
+                self.nats / LN_2
+            );
+            return (Self { nats: 0.0, proof: Proof::NotProved { reason } }, nats);
         }
+        let least = achieved.min(nats).max(self.nats);
+        (self, least)
     }
 
     /// Per step, where nothing changes over time.

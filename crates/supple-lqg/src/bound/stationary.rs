@@ -180,11 +180,9 @@ fn at(
         Some(near) => keeping(system, cost, sensor, near),
         None => (sensor, None),
     };
-    // What the sensor achieves is an upper bound too, without what the barriers leave in every direction.
-    let mut kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
+    let kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
     let witnesses: [&dyn Fn() -> Witness; 2] = [&|| witness.clone(), &|| Witness::settled(&chain, &found, budget)];
-    let lower = Lower::of_stationary(system, cost, &Attempt { nats, witnesses }).beside(&mut kept);
-    let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats)).max(lower.nats);
+    let (lower, nats) = Lower::of_stationary(system, cost, &Attempt { nats, witnesses }).beside(kept, nats);
     Ok(StationaryMinimum {
         nats,
         lower_nats: lower.nats,

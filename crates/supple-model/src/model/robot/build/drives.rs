@@ -117,14 +117,11 @@ impl Build<'_> {
                         "actuator `{name}` of the robot's file (line {}) is not supported: {}",
                         omitted.line, omitted.why
                     );
-                    let is_locked = omitted.why == Omitted::LOCKED;
-                    let help = if is_locked {
-                        "unlock its joint, or leave it out"
-                    } else {
-                        "list the joints to be driven instead"
+                    let help = match omitted.why.as_str() {
+                        Omitted::LOCKED => "unlock its joint, or leave it out",
+                        _ => "list the joints to be driven instead",
                     };
-                    let help = help.to_owned();
-                    FileError { message, help: Some(help), ..error }
+                    FileError { message, help: Some(help.to_owned()), ..error }
                 }
                 None if from_file && !self.robot.actuators.is_empty() => {
                     let all: Vec<_> = self.robot.actuators.iter().map(|actuator| actuator.name.as_str()).collect();
