@@ -62,7 +62,7 @@ def check_choice(name: str, values: Iterable[str | None], valid: Iterable[str | 
     for value in values:
         if value not in known:
             words = ", ".join("None" if one is None else f'"{one}"' for one in known)
-            raise UsageError(f"{name}={value!r}: there is {words}")
+            raise UsageError(f"{name}={value!r}: valid: {words}")
 
 
 def check_name(name: str, value: str | None) -> None:

@@ -67,8 +67,8 @@ def from_state_space(
     if np.any(found.D):
         place = tuple(int(index) for index in np.argwhere(found.D)[0])
         raise UsageError(
-            f"D{list(place)} of the system is {found.D[place]:.6g}: it must be 0, as measurements see the state alone; "
-            "take D u away from what is measured"
+            f"D{list(place)} of the system is {found.D[place]:.6g}: it must be 0, as measurements may depend on the state only; "
+            "subtract D u from the measurements"
         )
     A, B, time_step = _discrete(found, time_step)
     return linear(
@@ -178,5 +178,5 @@ def _held(A: Array, B: Array, time_step: float) -> tuple[Array, Array]:
     with np.errstate(all="ignore"):
         moved = np.asarray(expm(joint * time_step), dtype=np.float64)
     if not np.isfinite(moved).all():
-        raise UsageError(f"time_step={time_step}: the system grows beyond all numbers in it; take a shorter one")
+        raise UsageError(f"time_step={time_step}: the discretised system overflows; use a shorter one")
     return moved[:n, :n].copy(), moved[:n, n:].copy()

@@ -104,5 +104,5 @@ def _next(plant: Plant, x: Array, u: Array, t: int) -> Array:
             f"plant returned the shape {moved.shape} at step {t}: it must return the next state, {x.shape}"
         )
     if not np.isfinite(moved).all():
-        raise ComputeError(f"the plant's state is not finite at step {t + 1}: the controller does not hold it")
+        raise ComputeError(f"the plant's state is not finite at step {t + 1}: the controller does not stabilise it")
     return moved

@@ -157,7 +157,7 @@ class Controller(Record):
             y = _vector(y)
         u = self.__dict__["native"].step(y)
         if u is None:
-            raise UsageError(f"the plan is over after {self.steps} steps: reset() begins it anew")
+            raise UsageError(f"the plan has ended after {self.steps} steps: reset() restarts it")
         found: Array = u
         return found
 

@@ -35,7 +35,9 @@ def use_instructions(name: str) -> None:
         UsageError: If this machine does not have these instructions.
     """
     if not _use_instructions(name):
-        raise UsageError(f'use_instructions("{name}"): this machine has none; there is "baseline", "avx2" and "avx512"')
+        raise UsageError(
+            f'use_instructions("{name}"): not available on this machine; valid: "baseline", "avx2" and "avx512"'
+        )
 
 
 class _Shown:

@@ -32,7 +32,7 @@ class Explorer:
     """A page with sliders for a task, served to browsers of this machine from threads of this process.
 
     Made by :meth:`supple.Task.explore`. A context manager: the page ends with the block. Otherwise it ends with ``close()``
-    or the interpreter. Attributes are those of the page that was moved last.
+    or the interpreter. Attributes refer to the page that was used last.
 
     Attributes:
         url: The address of the page. Anyone on this machine who knows it can use the page: it contains a token.
@@ -52,13 +52,13 @@ class Explorer:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Cost limits that were turned, by the name of their slider."""
+        """Cost limits that were changed, by the name of their slider."""
         limits: dict[str, float] = self._native.screen()["limits"]
         return limits
 
     @property
     def noise(self) -> dict[str, float]:
-        """Factors on standard deviations of noise that was turned, by the name of the slider."""
+        """Factors on standard deviations of noise that was changed, by the name of the slider."""
         noise: dict[str, float] = self._native.screen()["noise"]
         return noise
 
@@ -68,10 +68,10 @@ class Explorer:
         return self._native.is_closed()
 
     def task(self) -> Task:
-        """A task whose initial values are the parameters on screen; turned limits and noise are its own.
+        """A task whose initial values are the parameters on screen; changed limits and noise are included.
 
         Raises:
-            UsageError: If limits or noise were turned and the task file gives them in a form that cannot be rewritten, or the
+            UsageError: If limits or noise are changed and the task file gives them in a form that cannot be rewritten, or the
                 task has no file.
         """
         screen = self._native.screen()

@@ -144,7 +144,7 @@ class Model:
         derivatives: Derivatives | None = None,
     ) -> None:
         if backend not in ("auto", "recorded", "jax", "numpy"):
-            raise UsageError(f'backend={backend!r}: there is "auto", "recorded", "jax" and "numpy"')
+            raise UsageError(f'backend={backend!r}: must be "auto", "recorded", "jax" or "numpy"')
         self._parameters = describe.parameters(parameters)
         self._channels = {
             "states": describe.names("states", states, "x"),
@@ -159,7 +159,7 @@ class Model:
         }
         for name, function in written.items():
             if not callable(function):
-                raise UsageError(f"{name}={function!r} is no function")
+                raise UsageError(f"{name}={function!r} is not a function")
         n, m, p = (len(channels) for channels in self._channels.values())
         self._functions = Functions(
             step=step,

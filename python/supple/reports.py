@@ -338,7 +338,7 @@ class Trust(Record):
         verdict: ``"holds"``, ``"doubtful"`` or ``"broken"``, as where roll-outs exceed the limit that the expected cost keeps.
         reasons: The findings, and what to try.
         rollouts_needed: About how many roll-outs are needed, if there are too few to tell.
-        substeps_advised: The ``substeps`` of the model to try, if roll-outs do something else on finer steps.
+        substeps_advised: The ``substeps`` of the model to try, if roll-outs differ on finer steps.
     """
 
     verdict: str
@@ -381,14 +381,14 @@ class FinerSteps(Record):
     """Roll-outs whose plant takes finer steps than the task, with the noise of those on the task's own steps.
 
     Attributes:
-        times: Steps of the plant in one of the task's (or of its sub-steps).
+        times: Plant steps per step of the task (or per sub-step).
         rollouts: Number of roll-outs.
         diverged: Number of those that diverged.
         cost_mean: Mean cost.
         own_cost_mean: Mean cost of the roll-outs with the same numbers on the task's own steps.
         median_difference: Median of the differences between the two.
         difference_standard_error: Standard error of the mean difference.
-        consistency: Whether the covariance of the filter, which is that of the task's own steps, is that of its errors.
+        consistency: Whether the covariance of the filter, which uses the task's own steps, matches its errors.
         realised_bits: Information that the measurements gave to a filter of finer steps, which does not control.
         bits_difference: That minus the bits of the roll-outs with the same numbers on the task's own steps.
     """
@@ -421,7 +421,7 @@ class MonteCarlo(Record):
         consistency: Whether the filter's covariance matches its errors; ``None`` if a roll-out diverged.
         realised_bits: Measured information, bits; ``None`` if a roll-out diverged or noise depends on the state.
         touched: Share of the roll-outs in which each contact touched.
-        finer: What they come to on a plant of finer steps; ``None`` for models that are not robots.
+        finer: The roll-outs repeated on a plant with finer steps; ``None`` for models that are not robots.
     """
 
     rollouts: int

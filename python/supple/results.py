@@ -71,7 +71,7 @@ class Result:
         return json.loads(self.to_json())
 
     def _table(self) -> Table:
-        raise UsageError(f"a result of `{self._kept.kind}` is no table")
+        raise UsageError(f"a result of `{self._kept.kind}` is not a table")
 
     def to_pandas(self) -> Any:
         """The result as a pandas ``DataFrame``: its table, one row per step, level, point, visited design or sensor."""

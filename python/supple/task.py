@@ -225,7 +225,7 @@ class Task:
         name = self._one_task(task)
         if plant is not None:
             if controls is not None:
-                raise UsageError("controls are for the model, and plant has the plan's controller: give one of them")
+                raise UsageError("controls= simulates the model and plant= runs the plan's controller: give only one")
             if not callable(plant):
                 raise UsageError(f"plant={plant!r}: a function of state, controls and step")
             check_counts(rollouts=rollouts, seed=seed)
@@ -351,9 +351,9 @@ class Task:
         """
         check_counts(rollouts=rollouts, starts=starts, seed=seed)
         if jobs is not None and jobs < 1:
-            raise UsageError(f"jobs={jobs}: at least 1")
+            raise UsageError(f"jobs={jobs}: must be at least 1")
         if jobs is not None and executor is not None:
-            raise UsageError("jobs are threads of this process, and executor has workers of its own: give one of them")
+            raise UsageError("jobs sets threads of this process and executor has its own workers: give only one")
         task = self.at(at, **parameters)
         axes: Axes = [(name, axis_values(name, values)) for name, values in grid.items()]
         sizes = (rollouts, starts, seed)
@@ -553,7 +553,7 @@ class Task:
         """Opens the page of ``supple explore``: sliders for parameters, cost limits and noise, with results at once.
 
         The page runs in threads of this process and ends with it; Ctrl-C does not end it. In a notebook it appears in the
-        output of the cell; elsewhere its address is printed and opened in a browser. Python is free meanwhile.
+        output of the cell; elsewhere its address is printed and opened in a browser. Python remains available.
 
         Args:
             port: Port of 127.0.0.1; default: any that is free.

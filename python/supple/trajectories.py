@@ -93,9 +93,9 @@ class QuantityCurve(Record):
         of: What asks for it: ``cost 2``, ``limit 1`` or ``curve 3``, counted from 1.
         values: Along the plan, (N+1,), or (N,) if it depends on the control.
         run_values: Along the closed-loop roll-out ``sample``; shorter if it diverged.
-        target: Where a cost wants it, if one does.
-        lower: The least that it may be, if a limit says so.
-        upper: The most that it may be, if a limit says so.
+        target: The target of a cost, if there is one.
+        lower: The lower limit, if there is one.
+        upper: The upper limit, if there is one.
     """
 
     name: str

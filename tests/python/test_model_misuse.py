@@ -138,7 +138,7 @@ def test_covariances_may_differ_from_their_transposes_by_rounding() -> None:
     ("changed", "message"),
     [
         ({"backend": "torch"}, "backend='torch'"),
-        ({"step": 3}, "step=3 is no function"),
+        ({"step": 3}, "step=3 is not a function"),
         ({"states": ["x", "x", "v", "w"]}, "a name occurs twice"),
         ({"states": "xavw"}, "names in a list"),
         ({"controls": 0}, "there must be at least one"),

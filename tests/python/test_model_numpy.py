@@ -175,7 +175,7 @@ def test_given_derivatives_go_with_jax(exact: Any) -> None:
         ),
         ({"dynamics_jacobians": lambda x, u, p: jacobians(x, u, p)[:, :3]}, r"shape \(3, 3, 5\): .* \(3, 4, 5\)"),
         ({"stage_quadratics": lambda x, u, p: quadratics(x, u, p)[0]}, "must return a tuple of 2 arrays"),
-        ({"dynamics_jacobians": 3}, "`dynamics_jacobians` is int, which is no function"),
+        ({"dynamics_jacobians": 3}, "`dynamics_jacobians` is int, which is not a function"),
     ],
 )
 def test_wrong_derivatives_are_refused(given: dict[str, Any], message: str) -> None:

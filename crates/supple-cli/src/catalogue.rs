@@ -7,7 +7,7 @@ use supple_study::design::CatalogueReport;
 
 use crate::tables::{align_right, number, table};
 
-/// The chosen entries, and how far they are from the design without catalogues.
+/// The chosen entries, and the gap between this design and the optimum without catalogues.
 pub(crate) fn page(report: &CatalogueReport) -> String {
     let mut page = String::new();
     let mut rows = table(&["catalogue", "chosen", "name", "price", "without catalogues"]);
@@ -38,7 +38,7 @@ fn how(report: &CatalogueReport) -> String {
     };
     let meet = match feasible {
         0 => "none is within all cost limits; this is the closest.".to_owned(),
-        1 => "1 meets every bound.".to_owned(),
+        1 => "1 is within all cost limits.".to_owned(),
         count => format!("{count} are within all cost limits."),
     };
     match (method, complete) {

@@ -1,11 +1,11 @@
-//! What plans touch, as text.
+//! Contacts along plans, as text.
 
 use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
 
 use crate::tables::{Rows, align_right, number, table};
 
-/// What the plan of a task touches, a row for each contact.
+/// The contacts along the plan of a task, one row per contact.
 pub fn table_of(task: &TaskEvaluation) -> Rows {
     let mut rows =
         table(&["contact", "first, s", "last, s", "share of time", "peak, N", "mean, N", "least clearance, m"]);
@@ -31,7 +31,7 @@ pub fn warnings(at: &Evaluation) -> String {
     if lines.is_empty() { lines } else { lines + "\n" }
 }
 
-/// How many designs of a search never touch a contact from which a cost wants a force; nothing where all touch.
+/// How many designs of a search never make a contact whose force a cost tracks; empty if all do.
 pub fn note(report: &DesignReport) -> String {
     match report.evaluations_without_contact {
         0 => String::new(),

@@ -5,7 +5,7 @@ use supple_study::{StudyError, picture};
 
 use supple_text::plain;
 
-/// Why a command could not do what was asked.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
 pub struct Failure(#[from] StudyError);
@@ -31,17 +31,17 @@ impl Failure {
         Self(StudyError::Io { what: what.to_string(), error })
     }
 
-    /// Whether it names the file in which something is wrong.
+    /// Whether the error already names the file at fault.
     pub fn is_of_file(&self) -> bool {
         matches!(self.0, StudyError::File(_) | StudyError::Io { .. })
     }
 
-    /// 1 where it was stopped before there was anything to keep, or else 2.
+    /// 1 if stopped before there was anything to store, otherwise 2.
     pub fn exit_code(&self) -> u8 {
         if matches!(self.0, StudyError::Stopped) { 1 } else { 2 }
     }
 
-    /// Tells the user, on standard error; where that cannot be written, the exit code has to do.
+    /// Prints the error on standard error; if that fails, the exit code is all the user gets.
     pub fn report(&self) {
         // One line for programs and logs, then the place in the file for people.
         let picture = match self {

@@ -7,13 +7,13 @@ use supple_study::{About, AboutTask};
 
 use crate::tables::{Rows, number, percent};
 
-/// One kind of information of all tasks, bits: its name, its value, and what it counts in what is minimised.
+/// One kind of information, summed over all tasks: its name, its value, and its weight in the objective.
 type OfTasks<'a> = (&'static str, Bits<'a>, f64);
 
-/// Bits of an evaluation; none where a task does not have them.
+/// Computes the value from an evaluation; `None` if a task lacks it.
 type Bits<'a> = Box<dyn Fn(&Evaluation) -> Option<f64> + 'a>;
 
-/// The kinds of information in the order of attention; none where a task does not have it.
+/// The kinds of information in the order in which they are shown.
 fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
     let sum = |of: fn(&InformationReport) -> Option<f64>| -> Bits<'_> {
         Box::new(move |at| {
@@ -22,7 +22,7 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
             at.tasks.iter().zip(&about.tasks).map(one).sum()
         })
     };
-    // What all tasks count together over the time that all of them take.
+    // Total information of all tasks divided by their total duration.
     let rate = |at: &Evaluation| {
         let (mut bits, mut seconds) = (0.0, 0.0);
         for (TaskEvaluation { information, .. }, about) in at.tasks.iter().zip(&about.tasks) {
@@ -41,7 +41,7 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
     ]
 }
 
-/// Adds the rows of a design: from the start to the optimum.
+/// Adds the information of a search: values at the start and at the optimum.
 pub fn add_rows(table: &mut Rows, (about, report): (&About, &DesignReport)) {
     let DesignReport { start, optimum, settings, .. } = report;
     for (name, of, weight) in all(about, settings.information) {
@@ -52,7 +52,7 @@ pub fn add_rows(table: &mut Rows, (about, report): (&About, &DesignReport)) {
     }
 }
 
-/// The rows of one task: a name, a value and what it is.
+/// The rows of one task: name, value and note.
 pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, String)> {
     let mut rows = Vec::new();
     if let Some(needed) = &information.needed {
@@ -73,7 +73,7 @@ pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, St
     rows
 }
 
-/// What the search left behind, as nothing of it was left to minimise.
+/// A note on the kinds of information that reached zero, after which the search minimised the next kind.
 pub fn passed(report: &DesignReport) -> String {
     let most = report.starts.iter().map(|start| start.passed).max().unwrap_or(0);
     let first = if report.settings.information.needed > 0.0 { "needed" } else { "used" };

@@ -14,7 +14,7 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     print_text(&format!("{text}\n"))
 }
 
-/// Prints text on standard output; a reader that hung up is no failure.
+/// Prints text on standard output; a closed pipe is not an error.
 pub fn print_text(text: &str) -> Result<(), Failure> {
     match std::io::stdout().lock().write_all(plain(text).as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::write("standard output", error)),
@@ -22,23 +22,23 @@ pub fn print_text(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// A line about progress, on standard error.
+/// Prints a progress message on standard error.
 pub fn note(text: &str) {
-    // Nobody is left to tell where this fails.
+    // If standard error cannot be written, there is no way to report that.
     let _ = writeln!(std::io::stderr(), "{}", plain(text));
 }
 
-/// A warning on standard error.
+/// Prints a warning on standard error.
 pub fn warn(warning: &str) {
-    // Nobody is left to tell where this fails.
+    // If standard error cannot be written, there is no way to report that.
     let _ = writeln!(std::io::stderr(), "warning: {}", plain(warning));
 }
 
-/// Warns of files of a result that are no longer those that were saved.
+/// Warns about files of a result that have changed since they were saved.
 pub fn warn_changed(folder: &Path) {
     for name in supple_study::changed(folder) {
         let path = folder.join(name);
-        warn(&format!("{} has changed since it was made: its checksum is not that of {CHECKSUMS}", path.display()));
+        warn(&format!("{} has changed since it was made: its checksum does not match {CHECKSUMS}", path.display()));
     }
 }
 
@@ -46,16 +46,16 @@ fn to_json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value).map_err(|error| Failure::write("JSON", error.into()))
 }
 
-/// Writes a text file whole or not at all, where there is none yet.
+/// Writes a new text file atomically; fails if it already exists.
 pub fn write_new(path: &Path, text: &str) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     temporary(folder, text)?.persist_noclobber(path).map(|_| ()).map_err(|error| error.error)
 }
 
-/// A file with all of `text`, to be renamed within its folder.
+/// A temporary file containing `text`, to be renamed within its folder.
 fn temporary(folder: &Path, text: &str) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    // As any new file, and not for its owner alone.
+    // Default permissions of a new file: temporary files are readable only by their owner.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(folder)?;

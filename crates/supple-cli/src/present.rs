@@ -7,14 +7,14 @@ use crate::failure::Failure;
 use crate::output::{print_text, warn};
 use crate::pages::result_page;
 
-/// Numbers that are not finite of which a warning names so many.
+/// How many non-finite numbers a warning lists.
 const NAMED: usize = 3;
 
-/// Prints the page of a result, which may be kept in a folder, or its JSON; the outcome is that of its numbers.
+/// Prints the page of a result, which may be stored in a folder, or its JSON; checks that all numbers are finite.
 pub fn print(result: &StudyResult, about: &About, folder: Option<&Path>, json: bool) -> Result<Outcome, Failure> {
     if json {
         let text = result.json()?;
-        // The lines of a table end themselves.
+        // A sweep is printed as JSON lines, which already end with a line break.
         let end = if matches!(result, StudyResult::Sweep(_)) { "" } else { "\n" };
         print_text(&(text + end))?;
     } else {
@@ -23,7 +23,7 @@ pub fn print(result: &StudyResult, about: &About, folder: Option<&Path>, json: b
     Ok(judge(&result.not_finite()))
 }
 
-/// Whether all numbers of a result are finite, given those that are not; a warning names the first of them.
+/// Success if `broken`, the list of non-finite numbers, is empty; otherwise warns and lists the first of them.
 pub fn judge(broken: &[NotFinite]) -> Outcome {
     if broken.is_empty() {
         return Outcome::Success;

@@ -12,7 +12,7 @@ use supple_study::Watch;
 /// Set by Ctrl-C and by SIGTERM: long work stops soon and keeps what it found.
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Handles Ctrl-C and SIGTERM from now on: what is under way ends within moments; a second signal terminates the program.
+/// Handles Ctrl-C and SIGTERM from now on: running work stops within moments; a second signal terminates the program.
 pub fn listen() {
     static LISTENS: Once = Once::new();
     LISTENS.call_once(|| {
@@ -22,18 +22,18 @@ pub fn listen() {
             }
             halt::request(true);
         };
-        // Where signals cannot be listened for, Ctrl-C ends the program as usual.
+        // If no handler can be installed, Ctrl-C ends the program as usual.
         let _ = ctrlc::set_handler(handler);
     });
 }
 
-/// Ends the program at Ctrl-C or SIGTERM, as asked for, from now on.
+/// From now on, Ctrl-C or SIGTERM ends the program with exit code 0, as the user requested it.
 pub fn end_when_asked() {
-    // Where signals cannot be listened for, Ctrl-C ends the program as usual.
+    // If no handler can be installed, Ctrl-C ends the program as usual.
     let _ = ctrlc::set_handler(|| std::process::exit(0));
 }
 
-/// Does long work with a bar, until it is done or a signal stops it.
+/// Runs long work with a progress bar, until it is done or a signal stops it.
 pub fn watched<T>(work: impl FnOnce(Watch) -> T) -> T {
     listen();
     let bar = Bar::new();
@@ -42,7 +42,7 @@ pub fn watched<T>(work: impl FnOnce(Watch) -> T) -> T {
     found
 }
 
-/// What is being done, with the time since, on standard error; gone when it is dropped where that is a terminal.
+/// The current activity and elapsed time on standard error; on a terminal, cleared when dropped.
 pub struct Waiting(Bar);
 
 impl Waiting {
@@ -50,7 +50,7 @@ impl Waiting {
         Self(Bar::new())
     }
 
-    /// Shows another text.
+    /// Changes the text.
     pub fn say(&self, what: &str) {
         supple_study::Progress::begin(&self.0, what, 0, 0);
     }
@@ -62,7 +62,7 @@ impl Drop for Waiting {
     }
 }
 
-/// A bar with rate and time left on standard error, where that is a terminal; lines of text from time to time elsewhere.
+/// On a terminal: a bar with rate and time left on standard error; otherwise, periodic lines of text.
 struct Bar {
     bar: ProgressBar,
     lines: Option<Lines>,
@@ -78,7 +78,7 @@ impl Bar {
         bar
     }
 
-    /// Shows what is known once `done` parts of `total` have been done just now.
+    /// Chooses what to display, given that `done` of `total` parts have just been completed.
     fn show(&self, done: u64, total: u64) {
         if let Ok(style) = ProgressStyle::with_template(template(done, total)) {
             self.bar.set_style(style);
@@ -96,8 +96,8 @@ impl Bar {
     }
 }
 
-/// Lines about long work in logs and pipes: none in its first ten seconds, then one for every stage and every ten seconds,
-/// and one a minute once it has lasted a minute.
+/// Progress lines for logs and pipes: none in the first ten seconds, then one per stage and every ten seconds;
+/// after the first minute, one per minute.
 struct Lines {
     state: Arc<Mutex<Stage>>,
     /// Dropped to end the thread.
@@ -105,7 +105,7 @@ struct Lines {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What is being done.
+/// The current activity.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Stage {
     what: String,
@@ -114,7 +114,7 @@ struct Stage {
     said: String,
 }
 
-/// How often the thread looks for what is new.
+/// How often the thread checks for changes.
 const LOOK: Duration = Duration::from_millis(500);
 
 impl Lines {
@@ -136,7 +136,7 @@ impl Lines {
 impl Drop for Lines {
     fn drop(&mut self) {
         self.end = None;
-        // Its last line is written before what follows on standard error.
+        // Wait for the thread, so that its last line precedes any later output on standard error.
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -148,20 +148,20 @@ fn write_lines(state: &Mutex<Stage>, ended: &Receiver<()>) {
     while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
         let Ok(stage) = state.lock().map(|stage| stage.clone()) else { return };
         if let Some(line) = clock.line(&stage, Instant::now()) {
-            // Nobody is left to tell where this fails.
+            // If standard error cannot be written, there is no way to report that.
             let _ = writeln!(std::io::stderr(), "{line}");
         }
     }
 }
 
-/// When the last line was written, and about what.
+/// When the last line was written, and for which activity.
 struct Clock {
     began: Instant,
     last: Option<(Instant, String)>,
 }
 
 impl Clock {
-    /// The line that is due.
+    /// The next line, if one is due.
     fn line(&mut self, stage: &Stage, now: Instant) -> Option<String> {
         const SHORT: Duration = Duration::from_secs(10);
         const LONG: Duration = Duration::from_secs(60);
@@ -183,7 +183,7 @@ impl Clock {
     }
 }
 
-/// What a bar shows: no count where the number of parts is not known, no rate and time left before a part is done.
+/// The bar's template: no count if the total is unknown; no rate and time left before the first part is done.
 fn template(done: u64, total: u64) -> &'static str {
     match (done, total) {
         (_, 0) => "{msg} {spinner} {elapsed}",

@@ -1,10 +1,10 @@
-//! Where the change of measured information comes from.
+//! Causes of the change in measured information.
 
 use std::fmt::Write;
 
 use supple::design::Split;
 
-/// A line for each task.
+/// One line per task.
 pub fn of_design(split: &[Split]) -> String {
     let mut text = String::new();
     for of in split.iter().filter(|of| of.total_bits != 0.0) {

@@ -30,19 +30,19 @@ impl std::fmt::Display for Rows {
     }
 }
 
-/// Columns that text may take: those of the terminal that it goes to, or the variable COLUMNS; no limit for files.
+/// Available width: that of the terminal or the variable COLUMNS; unlimited when writing to a file.
 fn width() -> usize {
     let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     let terminal = || terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0));
     said.or_else(terminal).map_or(usize::MAX, |width: usize| width.max(LEAST))
 }
 
-/// Text is not made narrower than this.
+/// Minimum width of a table.
 const LEAST: usize = 40;
 
-/// A table within a width.
+/// A table that fits into a width.
 fn fitted(table: &Table, width: usize) -> String {
-    // A space on both sides of every cell.
+    // One space on each side of every cell.
     let widths: Vec<usize> = table.column_max_content_widths().iter().map(|&width| usize::from(width) + 2).collect();
     if widths.iter().sum::<usize>() <= width {
         return table.trim_fmt();
@@ -51,7 +51,7 @@ fn fitted(table: &Table, width: usize) -> String {
     let first = widths.first().copied().unwrap_or(0);
     let mut room = 0;
     for (column, &wide) in widths.iter().enumerate().skip(1) {
-        // Of columns of text that do not fit beside the others, the last ones are wrapped, if enough of them is seen.
+        // The last column may be text: wrap it next to the others if there is enough room.
         match blocks.last_mut() {
             Some(block) if wide <= room || column + 1 == widths.len() && room >= ENOUGH => {
                 block.push(column);
@@ -78,7 +78,7 @@ fn fitted(table: &Table, width: usize) -> String {
     shown.collect::<Vec<_>>().join("\n\n")
 }
 
-/// A column of text is wrapped into no less than this.
+/// Minimum width of a wrapped column.
 const ENOUGH: usize = 20;
 
 pub(crate) fn table(header: &[&str]) -> Rows {
@@ -95,7 +95,7 @@ pub(crate) fn align_right(table: &mut Table, columns: std::ops::Range<usize>) {
     }
 }
 
-/// The title of a column: a name with its unit.
+/// A column heading: a name with its unit.
 pub(crate) fn title(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
 }

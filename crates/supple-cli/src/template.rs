@@ -1,6 +1,6 @@
-//! Kinds of tasks that are written for a robot.
+//! Task templates for robots.
 
-/// What the robot is to do.
+/// What the robot does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Template {
     /// Press on a wall whose position is uncertain
@@ -18,7 +18,7 @@ pub enum Template {
 }
 
 impl Template {
-    /// All of them with their names and what they are, for people.
+    /// All templates, with names and descriptions.
     pub const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Press, "press", "press on a wall whose position is uncertain"),
         (Self::Wipe, "wipe", "touch a wall and move along it under force"),
@@ -28,13 +28,13 @@ impl Template {
         (Self::Handle, "handle", "open a door by its handle"),
     ];
 
-    /// Its name, and what it is.
+    /// Its name and description.
     pub fn words(self) -> (&'static str, &'static str) {
         let found = Self::ALL.iter().find(|(template, _, _)| *template == self);
         found.map_or(("", ""), |(_, name, what)| (name, what))
     }
 
-    /// How many joints it takes at least: one to press, and one to move along.
+    /// Minimum number of joints: one to press, and another to move along the wall.
     pub fn joints(self) -> usize {
         match self {
             Self::Press | Self::Reach | Self::Hold => 1,
@@ -42,7 +42,7 @@ impl Template {
         }
     }
 
-    /// Which of the mount's axes yield: across, across and along the direction that it pushes in.
+    /// Which of the mount's axes are compliant: two lateral axes, then the pressing direction.
     pub fn yields(self) -> [bool; 3] {
         match self {
             Self::Insert => [true, true, false],

@@ -7,7 +7,7 @@ use supple::{Evaluation, Trust};
 
 use crate::tables::number;
 
-/// Rows of a table: what the filter's innovations and the measurements of roll-outs came to.
+/// Table rows: information, costs and filter consistency found in roll-outs.
 pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
     let mut rows = Vec::new();
     if let Some(bits) = sampled.realised_bits {
@@ -19,7 +19,7 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
         let FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = *finer;
         let note = match diverged {
             0 => format!(
-                "plant of {times} times finer steps; {rollouts} roll-outs, {} on the task's steps",
+                "plant with {times} times finer steps; {rollouts} roll-outs; {} on the task's steps",
                 number(own_cost_mean)
             ),
             _ => format!("plant of {times} times finer steps; {diverged} of {rollouts} roll-outs diverged"),
@@ -28,12 +28,12 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
         rows.push(("cost on finer steps", cost, note));
         if let (Some(bits), Some(more)) = (finer.realised_bits, finer.bits_difference) {
             let own = number(bits.mean - more.mean);
-            let note = format!("by a filter of finer steps; {own} on the task's steps");
+            let note = format!("from a filter with finer steps; {own} on the task's steps");
             rows.push(("bits on finer steps", number(bits.mean), note));
         }
         if let Some(found) = finer.consistency {
-            let note = "of the task's filter on finer steps".to_owned();
-            rows.push(("consistency there", format!("{:.3}", found.mean), note));
+            let note = "of the filter with the task's own steps".to_owned();
+            rows.push(("consistency on finer steps", format!("{:.3}", found.mean), note));
         }
     }
     if let Some(found) = sampled.consistency {

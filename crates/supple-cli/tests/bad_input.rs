@@ -79,13 +79,13 @@ fn unknown_keys_at_every_level() {
         two_mass(["[model]", "[modell]"], "modell", "modell", "did you mean `model`?"),
         two_mass(["[parameters.k1]", "[parameter.k1]"], "parameter.k1", "parameter", "did you mean `parameters`?"),
         two_mass(["mass =", "mas ="], "mas =", "model.mas", "did you mean `mass`?"),
-        linear(["A = ", "a = "], "a = ", "model.a", "valid are `A`, `B`, `C` (did you mean `A`?)"),
+        linear(["A = ", "a = "], "a = ", "model.a", "valid: `A`, `B`, `C` (did you mean `A`?)"),
         two_mass(["scale =", "scal ="], "scal =", "parameters.k1.scal", "did you mean `scale`?"),
         two_mass(["steps =", "stepz ="], "stepz", "tasks[0].stepz", "did you mean `steps`?"),
         two_mass([NOISE, "[tasks.nois]"], "nois]", "tasks[0].nois", "did you mean `noise`?"),
         two_mass(["process =", "proces ="], "proces =", "tasks[0].noise.proces", "did you mean `process`?"),
         two_mass(["target =", "targets ="], "targets", "tasks[0].costs[0].targets", "did you mean `target`?"),
-        linear(["R = ", "S = "], "S = ", "tasks[0].costs[0].S", "valid are `Q`, `R`, `final`"),
+        linear(["R = ", "S = "], "S = ", "tasks[0].costs[0].S", "valid: `Q`, `R`, `final`"),
         linear(
             ["smoothing = 0.1", "smoothin = 0.1"],
             "smoothin = 0.1",
@@ -501,10 +501,7 @@ fn every_command_refuses_a_bad_file() {
     ];
     for command in commands {
         let run = folder.run(command);
-        assert!(
-            run.error().contains(":25:1: tasks[0].stepz: unknown key `stepz`; valid are `name`, `steps`"),
-            "{run:?}"
-        );
+        assert!(run.error().contains(":25:1: tasks[0].stepz: unknown key `stepz`; valid: `name`, `steps`"), "{run:?}");
         assert!(run.stderr.contains("stepz = 125"), "the line is shown: {run:?}");
     }
     assert_eq!(folder.names(), ["task.toml"]);

@@ -218,7 +218,7 @@ fn texts_say_what_is_so() {
     let error = walk.run(&["bound", "task.toml", "--cost", &format!("{least:?}")]);
     assert!(error.error().contains("no finite information achieves"), "{error:?}");
     let error = walk.run(&["bound", "task.toml", "--cost", &format!("{:?}", least.next_up())]);
-    assert!(error.error().contains("by no more than rounding"), "{error:?}");
+    assert!(error.error().contains("is no more than rounding"), "{error:?}");
     let page = walk.run(&["bound", "task.toml", "--stationary", "--cost", "1e300"]);
     assert!(page.stdout.lines().chain(page.stderr.lines()).all(|line| line.len() < 250), "{page:?}");
 }

@@ -123,7 +123,7 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         "| travel | `travel` | $L/10$ |",
         "| clearance at the start | `clearance` | 0: the tool starts where",
         "1 s; twice that if",
-        "Steps of at most 5 ms, at least 200",
+        "200 to 2000 steps of at most 5 ms",
         "2 % of $m$, at most 5 kg",
         "Stiffer if on the softest mount the tool would sag by more than 2 cm, or swing at less than 1 Hz",
         "the force deflects it by $L/1000$; the lower bound is 40 times softer",
@@ -149,7 +149,7 @@ fn drives_follow_from_the_bandwidth_and_the_force() {
     assert_said(&[
         "The natural frequency of each joint is 10 Hz",
         "so stiff that the force moves the tool by at most $L/2500$",
-        "the file adds as much `armature` as the frequency takes",
+        "the file adds the `armature` required by the frequency",
         "10 Hz, critically damped",
     ]);
 }
@@ -183,7 +183,7 @@ fn noise_follows_from_the_reach_and_the_force() {
     assert_near(number(&contact["stiffness"]) * smoothing, force, "the wall lets the force go that deep");
     assert_said(&[
         "$L/200$, at most 5 mm; for `hold` a fifth of that at the start, with a drift of as much in a second",
-        "the hinge of `handle` is off by twice that to the side, as seen from the handle",
+        "for the hinge of `handle` twice that sideways, as seen from the handle",
         "$L/1000$ at the tool, at most 2 mm, divided by $L$ for angles",
         "5 % of the force at the start of the search; the upper bound is 40 times larger",
         "joint velocities drift by 0.02 rad/s (one standard deviation) in a second, for `hold` by 0.1 rad/s",
@@ -228,8 +228,8 @@ fn weights_follow_from_tolerances() {
         "| 5 % of the travel |",
         "| `deflection` | $L/50$, at most 20 mm |",
         "ten times the speed that completes the travel in the given time, at most half of the lowest speed limit",
-        "that reaches the tolerance of the speed in a fifth of the time",
-        "commands: three times the travel, divided by $L$ for angles; torques: the force times $L$, or what friction",
+        "that reaches the tolerated speed in a fifth of the time",
+        "commands: three times the travel, divided by $L$ for angles; torques: the force times $L$, or the torque of friction",
         "`final_weight`, $1/\\text{tolerance}^2$, and on the way an error as large as the travel adds 1",
         "halve its tolerance, which quadruples its weight",
         "Forces are tracked with a smoothing of 10 % of the target",

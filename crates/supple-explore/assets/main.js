@@ -3,7 +3,7 @@
 (function (E) {
   const D = E.design;
   const REST = 250, MOST_TIMES = 2000;
-  const LOST = "supple has ended, or cannot be reached: what is dimmed is from before. The page continues once the same "
+  const LOST = "supple has ended or cannot be reached; the dimmed values are outdated. The page continues once the same "
     + "program answers; if you start it again, open the address that it prints.";
   const element = (id) => document.getElementById(id);
   const asked = new Map();

@@ -326,7 +326,7 @@
     context.restore();
     const linear = (name, [from, to]) => ({ name, unit: "", scale: "linear", bounds: [from, to] });
     frameAxes(context, box, [linear(costName(), costs), linear("measured, bits", bits)], height);
-    const note = `${front.length} of ${points.length} designs of the map are Pareto-optimal (blue). A click shows the nearest of these; the arrow keys go along them.`;
+    const note = `${front.length} of ${points.length} designs of the map are Pareto-optimal (blue). Click to show the nearest one; the arrow keys move along them.`;
     element("front-note").textContent = note;
     canvas.setAttribute("aria-label", `Designs by ${costName()} and measured information. ${note}`);
   }

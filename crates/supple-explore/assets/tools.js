@@ -198,7 +198,7 @@
       window.directions.slice(0, 3).map((one) => one.text).join("; ") || "nothing"));
     const states = measured.filter((one) => one.bits > 0.01 * bits).sort((a, b) => b.bits - a.bits)
       .map((one) => `${one.state} ${number(one.bits, 3)}`).join(", ");
-    place.replaceChildren(make("p", {}, `${number(bits)} bits keep an expected cost of ${number(cost)}.`),
+    place.replaceChildren(make("p", {}, `${number(bits)} bits suffice for an expected cost of ${number(cost)}.`),
       make("p", {}, `Bits by state: ${states || "none"}.`), make("ul", {}, ...list));
   }
 

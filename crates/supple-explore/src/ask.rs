@@ -1,4 +1,4 @@
-//! What pages ask for.
+//! Requests of pages.
 
 use serde::Deserialize;
 
@@ -8,9 +8,9 @@ use serde::Deserialize;
 pub struct Ask {
     /// What is asked for.
     pub view: View,
-    /// Its number: of two requests of one kind the one with the greater number counts.
+    /// Its number: among requests of one kind, the one with the greatest number wins.
     pub id: u64,
-    /// Which reading of the task file the page shows.
+    /// The version of the task file that the page shows: how often it had been read.
     pub generation: u64,
     /// The values of all knobs.
     #[serde(default)]
@@ -44,7 +44,7 @@ const MOST_PINS: usize = 8;
 const MOST_WANTED: usize = 100;
 
 impl Ask {
-    /// What it has too many of.
+    /// What exceeds a maximum, if anything.
     pub fn excess(&self) -> Option<String> {
         let lists = [("pinned designs", self.pins.len(), MOST_PINS), ("quantities", self.want.len(), MOST_WANTED)];
         let (what, found, most) = lists.into_iter().find(|(_, found, most)| found > most)?;

@@ -1,4 +1,4 @@
-//! The design on screen: what it takes, what it costs, and its plan.
+//! The design on screen: information, costs and plan.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,7 +9,7 @@ use supple::{EvaluateOptions, Matrices, Problem, Task, TaskEvaluation, violation
 
 /// A design with the numbers of all its tasks.
 pub struct Evaluated {
-    /// The problem with limits and noise as they were turned.
+    /// The problem with cost limits and noise as set by the sliders.
     pub problem: Problem,
     /// All parameters.
     pub phi: Vec<f64>,
@@ -143,7 +143,7 @@ fn task_numbers(task: &TaskEvaluation) -> Value {
     })
 }
 
-/// What takes longer: the information needed, and gradients of all tasks. `controls` are those to start plans from, by
+/// What takes longer: the information needed, and gradients of all tasks. `controls` warm-start the plans, by
 /// task.
 ///
 /// # Errors

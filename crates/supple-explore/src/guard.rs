@@ -1,4 +1,4 @@
-//! Who may talk to the server: pages that this server gave out, on this machine, and nobody else.
+//! Access control: only pages served by this server, on this machine, may talk to it.
 
 use std::fmt::Write;
 
@@ -39,8 +39,8 @@ impl Guard {
         &self.token
     }
 
-    /// Why a request is refused; none where it may pass. `acts` are requests that change something or open a channel:
-    /// browsers tell the origin of these, and it has to be a page of this server.
+    /// Why a request is refused; `None` if it may pass. `acts` marks requests that change something or open a channel:
+    /// for these, browsers send the origin, and it must be a page of this server.
     pub fn refusal(&self, shown: Shown, acts: bool) -> Option<&'static str> {
         let here = |name: &str| {
             let host = name.strip_suffix(&format!(":{}", self.port));
@@ -62,7 +62,7 @@ impl Guard {
     }
 }
 
-/// Compares all bytes, so that the time does not tell where texts differ.
+/// Compares all bytes, so that timing does not reveal where texts differ.
 fn same(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |seen, (a, b)| seen | (a ^ b)) == 0
 }

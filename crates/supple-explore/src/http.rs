@@ -1,4 +1,4 @@
-//! HTTP as far as pages of this machine need it: one request by connection, each with its own thread.
+//! Minimal HTTP for local pages: one request per connection, each with its own thread.
 
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::net::{Shutdown, TcpStream};
@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Bytes of the head of a request at most, and of its body.
 const MOST_HEAD: usize = 64 << 10;
 const MOST_BODY: usize = 1 << 20;
-/// A client that says nothing for so long, or reads nothing, is given up.
+/// A client that neither sends nor reads for this long is disconnected.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A request, and the connection that waits for its answer.
@@ -30,7 +30,7 @@ impl Request {
     /// Reads the one request of a connection.
     ///
     /// # Errors
-    /// Where it is none, is too long, or does not come.
+    /// If it is malformed, too long, or does not arrive.
     pub fn read(mut stream: TcpStream) -> Result<Self> {
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(PATIENCE))?;
@@ -81,7 +81,7 @@ impl Request {
     pub fn respond(mut self, status: u16, headers: &[(&str, &str)], body: &[u8]) {
         let mut bytes = head(status, headers, &format!("Connection: close\r\nContent-Length: {}\r\n", body.len()));
         bytes.extend_from_slice(body);
-        // Nobody is left to tell where this fails.
+        // If this fails, the client is gone and cannot be informed.
         let _ = self.stream.write_all(&bytes).and_then(|()| self.stream.shutdown(Shutdown::Write));
     }
 

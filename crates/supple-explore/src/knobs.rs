@@ -1,4 +1,4 @@
-//! What a page can turn: parameters, limits of cost, and magnitudes of noise.
+//! What a page can adjust: parameters, cost limits, and noise levels.
 
 use serde::Serialize;
 use supple::noise::Covariance;
@@ -7,7 +7,7 @@ use supple::{Problem, Task, Value};
 use supple_study::LoadedTask;
 use supple_text::{digits, printed_unit};
 
-/// Measured numbers up to which each has a magnitude of noise for itself.
+/// Up to this many measured numbers, each has a slider of its own for its noise.
 const MOST_CHANNELS: usize = 6;
 /// Magnitudes of noise go from a tenth to ten times what the file says.
 const NOISE_RANGE: [f64; 2] = [0.1, 10.0];
@@ -62,7 +62,7 @@ pub enum Kind {
     Measurement,
 }
 
-/// Noise that was turned.
+/// Noise that was changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseFactor<'a> {
     /// The name of its knob.

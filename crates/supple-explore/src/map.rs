@@ -15,7 +15,7 @@ use crate::knobs::{Knob, turned};
 pub const GAPS: usize = 32;
 /// Gaps of the coarsest one.
 const COARSEST: usize = 4;
-/// Points are sent as often as that.
+/// How often points are sent.
 const PERIOD: Duration = Duration::from_millis(100);
 /// How long a point waits at most while the design on screen is evaluated.
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -71,8 +71,8 @@ fn point(loaded: &LoadedTask, knobs: &[Knob], wanted: &Wanted, [i, j]: [usize; 2
     Some(json!([i, j, measured, used, excess, cost, price]))
 }
 
-/// Fills a map on as many threads as are left beside the design on screen; `tell` gets new points with how many of all are
-/// done, and says whether anybody still listens. Waits while the design on screen is evaluated.
+/// Fills a map on the threads that the design on screen leaves free; `tell` receives new points with the number done of
+/// all, and returns whether anyone is still listening. Pauses while the design on screen is evaluated.
 pub fn fill(
     (loaded, knobs): (&LoadedTask, &[Knob]),
     wanted: &Wanted,

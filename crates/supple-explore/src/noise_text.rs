@@ -1,4 +1,4 @@
-//! Noise that was turned, as edits of the task file's text: numbers where they stand, so that names and comments stay.
+//! Changed noise as edits of the task file's text: only the numbers are replaced, so that names and comments are kept.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -100,7 +100,7 @@ impl Edits<'_> {
                 self.list.push((span, format!("{:?}", number * factor)));
                 Ok(())
             }
-            // Names and expressions of parameters, which have sliders for themselves.
+            // Names and expressions of parameters, which have their own sliders.
             _ => Ok(()),
         }
     }

@@ -10,8 +10,8 @@ use supple::{Matrices, Problem};
 /// Roll-outs that are sent together.
 const BATCH: usize = 10;
 
-/// Rolls out a task of a problem `count` times; sample `i` has the seed `i`, and the first one is that of the curves. `tell`
-/// gets every batch, with the times of its states, and says whether anybody still listens.
+/// Rolls out a task of a problem `count` times; sample `i` has seed `i`, and sample 0 is also the one in the curves.
+/// `tell` receives every batch, with the times of its states, and returns whether anyone is still listening.
 ///
 /// # Errors
 /// Where the task cannot be planned, or a covariance is indefinite.

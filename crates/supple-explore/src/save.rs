@@ -69,7 +69,7 @@ impl OnScreen<'_> {
             edits.push(edit(&document, &["tasks".into(), task.into(), "bound".into()], value)?);
         }
         edits.extend(noise_edits(text, &self.loaded.problem, &changes.noise)?);
-        // From the end, so that places before stay what they are.
+        // Apply edits from the end, so that earlier positions stay valid.
         edits.sort_by_key(|edit| std::cmp::Reverse(edit.0.start));
         let mut new = text.to_owned();
         edits.into_iter().for_each(|(span, number)| new.replace_range(span, &number));
@@ -77,7 +77,7 @@ impl OnScreen<'_> {
         Ok(new)
     }
 
-    /// Whether a text says what is on screen.
+    /// Checks that a text describes the design on screen.
     fn check(&self, text: &str, name: &str) -> Result<(), String> {
         let read = supple_file::parse_with(text, name, self.loaded.kinds.clone()).map_err(|error| error.to_string())?;
         let (turned, phi) = turned(self.loaded, self.knobs, self.values)?;

@@ -25,7 +25,7 @@ pub struct Found {
     pub ended: Value,
 }
 
-/// What a search tells while it runs.
+/// Messages that a search sends while it runs.
 enum News {
     Visited(Value),
     Ended(Result<Found, String>),
@@ -138,7 +138,7 @@ impl Observer for Live {
         };
         let Some(Visited { design, information, violation }) = due else { return };
         state.told = Some(Instant::now());
-        // Without a listener, `stop` ends the search.
+        // If nobody receives, the search is ended by `stop`.
         let _ = self.news.send(News::Visited(json!({
             "evaluations": state.evaluations,
             "phase": state.phase,

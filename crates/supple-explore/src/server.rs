@@ -26,16 +26,16 @@ use crate::surroundings::{Alone, Surroundings};
 
 /// Pages that may be open at once.
 const MOST_PAGES: usize = 8;
-/// Connections that may be open at once, those of pages included. For one more, that which has waited longest without a
-/// request is closed, or else the new one.
+/// Connections that may be open at once, those of pages included. One more closes the one that has waited longest without
+/// a request; if there is none, the new one is closed.
 const MOST_CONNECTIONS: usize = 128;
-/// Whether a page is still there, and the file still the same, is seen as often as that.
+/// How often to check whether a page is still open and the task file unchanged.
 const PERIOD: Duration = Duration::from_millis(500);
 
 /// A server of a page that explores a task.
 pub struct Explorer {
     state: Arc<State>,
-    /// Until it is served, which ends with the port.
+    /// `None` once it is being served; then the port is freed when serving ends.
     listener: Mutex<Option<TcpListener>>,
 }
 
@@ -178,7 +178,7 @@ impl Explorer {
     pub fn close(&self) {
         self.state.closed.store(true, Ordering::Relaxed);
         lock(&self.state.pages).drain().for_each(|(_, page)| page.close());
-        // A server that was never served gives up its port here; one that waits for the next connection is woken.
+        // A server that was never served frees its port here; one that waits for the next connection is woken up.
         drop(lock(&self.listener).take());
         let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.state.port));
     }
@@ -288,7 +288,7 @@ impl State {
         request.respond(204, &[], &[]);
     }
 
-    /// Reads the task file again; where something is wrong in it, what was read before stays.
+    /// Reads the task file again; if it is invalid, the previous version stays in use.
     fn reload(&self, request: Request) {
         let Some(file) = &self.file else {
             return respond(request, 409, PLAIN, "a stored result is shown: there is no file to read again\n");

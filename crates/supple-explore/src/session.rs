@@ -23,12 +23,12 @@ use crate::sensor::virtual_sensor;
 use crate::slot::{Job, Slot};
 use crate::surroundings::Surroundings;
 
-/// Messages that wait for a page at most: workers wait where it reads slowly.
+/// Maximum number of messages queued for a page: if it reads slowly, workers wait.
 const MOST_WAITING: usize = 32;
-/// An evaluation that runs is finished if it takes no longer, even where a newer one is asked for: pages show them while a
-/// slider moves.
+/// A running evaluation may take this long to finish even if a newer one is requested, so that the page shows
+/// intermediate designs while a slider moves.
 const GRACE: Duration = Duration::from_millis(300);
-/// What follows the design on screen waits for so long after it: while a slider moves, all cores work on that design.
+/// Secondary computations wait this long after the design on screen, so that it gets all cores while a slider moves.
 const REST: Duration = Duration::from_millis(100);
 /// Surfaces that are kept for one page at most.
 const MOST_SURFACES: usize = 300;

@@ -1,4 +1,4 @@
-//! Where one kind of request waits for its worker: the newest takes the place of those before it.
+//! Holds one pending request of a kind for its worker: a newer request replaces an older one.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -16,7 +16,7 @@ pub struct Job<T> {
 pub struct Slot<T> {
     state: Mutex<State<T>>,
     ready: Condvar,
-    /// A running job may go on for so long after a newer request came.
+    /// How long a running job may continue after a newer request has arrived.
     grace: Duration,
 }
 

@@ -1,15 +1,15 @@
 use std::any::Any;
 
-/// What surrounds the computations of an explorer in a program that does more, such as an interpreter of Python.
+/// Hooks around an explorer's computations when it is embedded in another program, such as a Python interpreter.
 pub trait Surroundings: Send + Sync {
     /// Called before each computation; what it returns is dropped after it.
     fn enter(&self) -> Box<dyn Any>;
 
-    /// Why functions failed that are not supple's own and that computations called, since this was asked last.
+    /// Why user-supplied functions called by computations failed, since the last call of this method.
     fn failure(&self) -> Option<String>;
 }
 
-/// Nothing else.
+/// No surroundings: the explorer is not embedded.
 pub struct Alone;
 
 impl Surroundings for Alone {

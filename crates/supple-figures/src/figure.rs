@@ -1,4 +1,4 @@
-//! What a figure is: plain data that knows nothing of points, fonts or files.
+//! The contents of a figure as plain data, independent of points, fonts and files.
 
 use serde::Serialize;
 pub use supple::parameters::Scale;
@@ -185,7 +185,7 @@ pub enum Map {
 pub struct Style {
     /// Its colour.
     pub colour: Colour,
-    /// How its line is broken.
+    /// Solid, dashed or dotted.
     pub dash: Dash,
     /// The marker at its points.
     pub marker: Option<Marker>,
@@ -195,7 +195,7 @@ pub struct Style {
     pub width: f64,
     /// From 0, not to be seen, to 1.
     pub opacity: f64,
-    /// Whether a white rim sets it off from what lies below.
+    /// Whether a white outline separates it from what is underneath.
     pub rim: bool,
 }
 
@@ -233,7 +233,7 @@ impl Style {
     }
 }
 
-/// Colours that colour-blind readers tell apart, of Okabe and Ito.
+/// Colours that colour-blind readers can distinguish, by Okabe and Ito.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Colour {
@@ -346,7 +346,7 @@ impl Axis {
         Self { label: label.into(), unit: unit.into(), scale, range }
     }
 
-    /// An axis with some room beyond all values; where the values allow no logarithm, it is linear.
+    /// An axis with some room beyond all values; linear if the values do not suit a logarithmic scale.
     pub fn around(label: impl Into<String>, unit: impl Into<String>, scale: Scale, values: &[f64]) -> Self {
         let (low, high) = ends(values.iter().copied().filter(|value| value.is_finite()));
         let scale = suited(scale, low, high);
@@ -364,7 +364,7 @@ impl Axis {
     }
 }
 
-/// A logarithmic scale only where all that it shows are normal numbers whose ratio is one too.
+/// Keeps a logarithmic scale only if its ends and their ratio are normal positive numbers.
 fn suited(scale: Scale, low: f64, high: f64) -> Scale {
     if low > 1e-290 && high < 1e290 && (high / low).is_finite() { scale } else { Scale::Linear }
 }
@@ -383,7 +383,7 @@ fn room(scale: Scale, low: f64, high: f64) -> [f64; 2] {
             [low * (-part).exp(), high * part.exp()]
         }
         Scale::Linear => {
-            // A line that does not move is no more than its rounding.
+            // A constant line would otherwise be magnified to its rounding errors.
             let least = 0.02 * low.abs().max(high.abs());
             let part =
                 if high - low > 1e-9 * high.abs().max(low.abs()) { 0.06 * (high - low) } else { least.max(1e-3) };

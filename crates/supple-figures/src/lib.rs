@@ -1,7 +1,7 @@
 //! Figures for papers from stored results: SVG, PDF or PNG in the width of a column or a page, with labels and units, in
 //! colours that colour-blind readers distinguish. A [`Figure`] is plain data: panels with axes and what is drawn in them.
 //!
-//! The crate stands on `supple-study`, whose [`Folder`](supple_study::Folder)s it reads, and computes nothing; the program's
+//! The crate builds on `supple-study`, whose [`Folder`](supple_study::Folder)s it reads, and computes nothing; the program's
 //! `supple plot` and the Python package call it.
 //!
 //! | what | main items |

@@ -12,7 +12,7 @@ pub fn name(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// A label with its unit in brackets, and a power of ten that numbers are to be multiplied by.
+/// A label with its unit in brackets, and the power of ten by which the axis numbers must be multiplied.
 pub fn label(label: &str, unit: &str, exponent: i32) -> String {
     let factor = if exponent == 0 { String::new() } else { power(exponent) };
     let unit = printed_unit(unit);
@@ -29,14 +29,14 @@ pub fn power(exponent: i32) -> String {
     "10".to_owned() + &raised(&exponent.to_string())
 }
 
-/// A number with `digits` behind the point, and with a minus sign that is none of a hyphen.
+/// A number with `digits` decimals, with a true minus sign instead of a hyphen.
 pub fn fixed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     let zero = text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
     if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
 }
 
-/// A number to three digits that count, without a power where it is neither great nor small.
+/// A number with three significant digits, in scientific notation if it is very large or small.
 pub fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".into() } else { "\u{2013}".into() };
@@ -52,7 +52,7 @@ pub fn short(value: f64) -> String {
     if mantissa == "1" { power(exponent) } else { format!("{mantissa}\u{d7}{}", power(exponent)) }
 }
 
-/// The power of ten that a number begins with, once it is rounded to the digits that are printed.
+/// The decimal exponent of a number after rounding to the printed digits.
 pub fn exponent_of(value: f64) -> i32 {
     exponent(value, 3)
 }

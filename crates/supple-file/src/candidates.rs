@@ -18,7 +18,7 @@ use supple_text::{FileError, digits, nearest, quoted, read_text};
 
 use crate::csv_table::{CsvRow, CsvTable};
 
-/// Which sensors of a catalogue a problem is read with.
+/// Which sensors of a catalogue to include when reading a problem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WithSensors {
     /// Those that the file says are chosen: what a robot has.
@@ -93,7 +93,7 @@ pub(super) fn schemas(
 /// What a catalogue is and which files it is in.
 pub(super) type Read = (Option<Vec<CatalogueSensor>>, Vec<PathBuf>);
 
-/// Reads `[catalogue]` where there is one, and gives the model the sensors that it says.
+/// Reads `[catalogue]`, if there is one, and adds its selected sensors to the model.
 pub(super) fn equip(
     source: &Source,
     model: Box<dyn AnyModel>,
@@ -203,7 +203,7 @@ impl Building<'_> {
         Ok((model.equipped(equipment), sensors))
     }
 
-    /// Own measurements that are kept.
+    /// The model's own measurements that are kept.
     fn kept(&self, file: &CatalogueFile, own: &[Channel]) -> Result<Vec<usize>, FileError> {
         let Some(base) = &file.base else { return Ok((0..own.len()).collect()) };
         let names: Vec<&str> = own.iter().map(|channel| channel.name.as_str()).collect();

@@ -65,7 +65,7 @@ fn entries(table: &CsvTable) -> Result<Vec<CatalogueEntry>, FileError> {
     const COLUMNS: [&str; 3] = ["value", "name", "price"];
     let header = &table.header.cells;
     if let Some(column) = header.iter().find(|column| !COLUMNS.contains(column)) {
-        let message = format!("unknown column `{column}`; valid are `value`, `name`, `price`");
+        let message = format!("unknown column `{column}`; valid: `value`, `name`, `price`");
         return Err(FileError { help: nearest(column, &COLUMNS), ..table.error(&table.header, message) });
     }
     let [value, name, price] = COLUMNS.map(|name| header.iter().position(|column| column == name));

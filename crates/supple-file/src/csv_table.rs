@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use supple_text::FileError;
 
-/// A table of comma-separated values. Lines that begin with `#` and empty ones are none of it.
+/// A table of comma-separated values. Empty lines and lines that begin with `#` are skipped.
 pub(super) struct CsvTable<'a> {
     pub name: &'a str,
     pub text: &'a str,
@@ -60,8 +60,8 @@ impl<'a> CsvTable<'a> {
         FileError::at(self.name, self.text, row.span.clone(), String::new(), message)
     }
 
-    /// The bytes of each cell of a row; those of the whole row where the file has the cell in other words, as with
-    /// quotes in it.
+    /// The bytes of each cell of a row; those of the whole row if the cell is written differently in the file, for example
+    /// in quotes.
     pub fn spans(&self, row: &CsvRow) -> Vec<Range<usize>> {
         let mut from = row.span.start;
         let span = |cell: &str| match self.text.get(from..row.span.end).and_then(|rest| rest.find(cell)) {

@@ -15,9 +15,9 @@ use supple_text::{FileError, degrees, digits, quoted};
 
 use crate::rows::{Rows, given_by_name};
 
-/// By how much limits may be missed, relative to them: rounding of a file's digits.
+/// Relative tolerance on limits, for numbers that were rounded in the file.
 const ROUNDING: f64 = 1e-9;
-/// Distance below which the position of a pose is, m: that of positions in robot files.
+/// Upper limit on positions of a pose, m: the same as for positions in robot files.
 const FURTHEST: f64 = 1e30;
 
 /// The mean of the first state as a task file gives it.

@@ -1,8 +1,8 @@
 //! Task files: TOML in, a [`Problem`] out. Every error names the file, the line and the key, says what is valid, and
 //! suggests the nearest valid name.
 //!
-//! The crate stands on `supple`, which does not know that files exist, and reads the tables of a file into its values.
-//! `supple-study` builds on it: it keeps the texts that a result was computed from.
+//! The crate builds on `supple`, which does not deal with files, and turns the tables of a file into its values.
+//! `supple-study` builds on it: it stores the source texts of a result.
 //!
 //! | to | call |
 //! |---|---|

@@ -69,8 +69,8 @@ pub(super) fn by_name(
     Ok(given_by_name(given, names)?.into_iter().map(Option::unwrap_or_default).collect())
 }
 
-/// Numbers given by names, of which `*` stands for any letters, in the order of `names`; none where none is given. A
-/// whole name counts before a pattern, a longer pattern before a shorter one.
+/// Numbers given by names or patterns, in which `*` matches any letters, in the order of `names`; `None` if not given. A
+/// full name takes precedence over a pattern, and a longer pattern over a shorter one.
 ///
 /// # Errors
 /// The first name or pattern that is none of them, with advice.

@@ -4,7 +4,7 @@ use supple_model::noise::{NamedVariance, VaryingVariance};
 use supple_model::parameters::Parameters;
 use supple_text::FileError;
 
-/// What varies of the noise of task `task`, `[[tasks.noise.varying]]`: one entry for each measurement that is named.
+/// The state-dependent part of the noise of task `task`, `[[tasks.noise.varying]]`: one entry per named measurement.
 ///
 /// # Errors
 /// A name that is none of those there are, with advice; a coefficient that is or can be negative.

@@ -47,7 +47,7 @@ pub enum Error {
         step: usize,
     },
     /// Stopped by [`supple_kernels::halt`].
-    #[error("stopped: nothing is kept")]
+    #[error("stopped; no result was stored")]
     Stopped,
     /// Something has the wrong shape.
     #[error("{what} has length {found}, not {expected}")]

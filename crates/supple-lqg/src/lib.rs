@@ -1,7 +1,7 @@
 //! Time-varying LQG over arrays: Riccati and Kalman sweeps, directed information, adjoints of all of them, and
 //! certified lower bounds of the information that a task needs.
 //!
-//! The crate knows no model, no parameter and no file. Its input is [`Knots`]: a system along a trajectory as `A_t`,
+//! The crate has no notion of models, parameters or files. Its input is [`Knots`]: a system along a trajectory as `A_t`,
 //! `B_t`, `C_t` and the second-order expansion of its cost, and [`Noise`] as covariance matrices. Everything else is a
 //! sweep over these arrays:
 //!

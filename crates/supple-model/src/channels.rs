@@ -1,4 +1,4 @@
-//! What the numbers of states, controls and measurements are, and the limits that the real thing has.
+//! What the numbers of states, controls and measurements are, and the limits of the real robot.
 
 use serde::{Deserialize, Serialize};
 use supple_lqg::Dimensions;

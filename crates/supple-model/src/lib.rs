@@ -2,7 +2,7 @@
 //! recorded; solvers receive values and exact derivatives of every order they need. Models are written as one `impl`, or
 //! read from task files, where any number can be a parameter or an expression of parameters.
 //!
-//! The crate stands on `supple-kernels` (recorded graphs), [`supple-lqg`](supple_lqg) (arrays along a trajectory) and
+//! The crate builds on `supple-kernels` (recorded graphs), [`supple-lqg`](supple_lqg) (arrays along a trajectory) and
 //! `supple-robot` (rigid bodies from URDF, SDF and MJCF). Plans, gradients and designs of its models are in the crate
 //! `supple`, task files in `supple-file`.
 //!

@@ -1,4 +1,4 @@
-//! Limits of the real thing that a plan violates.
+//! Limits of the real robot that a plan violates.
 
 use serde::{Deserialize, Serialize};
 

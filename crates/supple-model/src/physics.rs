@@ -103,7 +103,7 @@ pub enum Sensed {
 /// A robot and its environment in discrete time: `x+ = f(x, u; phi) + w`, `y = g(x; phi) + v`.
 ///
 /// One `impl` with the physics is all a new model needs: it is recorded once, and derivatives of every order come from
-/// the record. Use no branch on values but [`Scalar::select`].
+/// the record. Do not branch on values; use [`Scalar::select`].
 ///
 /// ```
 /// use supple_model::{Dimensions, Model, Point, Scalar, Value};
@@ -177,7 +177,7 @@ pub trait Model: Send + Sync + 'static {
         S::zero()
     }
 
-    /// What states and controls must stay within for the real thing: reported where a plan does not.
+    /// Limits of states and controls of the real robot; reported if a plan violates them.
     fn limits(&self) -> Vec<Limit> {
         Vec::new()
     }
@@ -200,7 +200,7 @@ pub trait Model: Send + Sync + 'static {
 
     /// The same model with contacts that set in over a length wider by a value, m, and are softer by as much, and with
     /// friction that sets in over a speed higher by a value, rad/s or m/s: with these planning finds contacts from
-    /// afar, and gets friction moving. At 0 it is this model. None in models without contacts and friction.
+    /// afar, and overcomes friction. At 0 it is this model. None in models without contacts and friction.
     fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
@@ -213,7 +213,7 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Names of the joints that a task has taken out, of which nothing may be asked.
+    /// Names of the joints that a task has locked; nothing may refer to them.
     fn locked_joints(&self) -> Vec<String> {
         Vec::new()
     }

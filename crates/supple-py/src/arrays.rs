@@ -1,7 +1,7 @@
 //! Any result as Python objects: maps as dicts, lists of numbers as NumPy arrays.
 //!
-//! What serde calls a sequence of floats becomes an array of float64; sequences of equally long ones become arrays with
-//! an axis more. Memory of a list of numbers is handed over, not copied.
+//! Sequences of floats become float64 arrays; sequences of equally long sequences become arrays with
+//! one more axis. The memory of a list of numbers is handed over, not copied.
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
@@ -197,7 +197,7 @@ impl Sequence<'_> {
         Ok(())
     }
 
-    /// Whether numbers of a shape go on what is there; if so, they are counted.
+    /// Whether numbers of this shape extend the current array; if so, they are counted.
     fn takes(&mut self, shape: &[usize]) -> bool {
         match &mut self.shape {
             None if self.built.is_empty() => {
@@ -212,7 +212,7 @@ impl Sequence<'_> {
         }
     }
 
-    /// Makes objects of the numbers that are there: the next entry is none of their kind.
+    /// Converts the numbers so far into objects, because the next entry does not have their shape.
     fn spill(&mut self) -> Result<(), Failure> {
         let Some((shape, count)) = self.shape.take() else { return Ok(()) };
         let size: usize = shape.iter().product();

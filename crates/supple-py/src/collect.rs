@@ -1,4 +1,4 @@
-//! Studies whose units of work are done by other processes: they give units out and put together what comes back.
+//! Studies whose units of work are done by other processes: they hand out units and combine the results.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -122,7 +122,7 @@ impl SweepCollector {
         self.with(py, |collector| collector.keep(&done))
     }
 
-    /// Closes the journal; what is kept can be gone on with.
+    /// Closes the journal; the study can be resumed from it.
     fn close(&self, py: Python<'_>) {
         py.detach(|| drop(self.lock().take()));
     }

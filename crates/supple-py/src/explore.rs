@@ -15,10 +15,10 @@ use crate::own::Failures;
 use crate::pool::Running;
 use crate::task::NativeTask;
 
-/// The process that opened the first explorer. Its threads do not live on in a forked child.
+/// The process that opened the first explorer. Its threads do not exist in a forked child.
 static FIRST: AtomicU32 = AtomicU32::new(0);
 
-/// The interpreter, around computations of an explorer: a study that ends by Ctrl-C leaves them alone, and exceptions
+/// The interpreter, around computations of an explorer: Ctrl-C ends a study without affecting them, and exceptions
 /// of a model in Python are sent to the page.
 struct Interpreter(Failures);
 
@@ -55,7 +55,7 @@ impl NativeExplorer {
                 "an explorer was opened before this process was forked, and its threads do not exist in the child; use the start method `spawn`",
             ));
         }
-        // An exception of before is not one of the page's.
+        // An earlier exception must not be attributed to the page.
         drop(task.failures.take());
         let surroundings = Arc::new(Interpreter(task.failures.clone()));
         let loaded = task.task.clone();

@@ -47,7 +47,7 @@ fn spread_of(values: &[f64]) -> Scale {
     if by_ratios { Scale::Log } else { Scale::Linear }
 }
 
-/// A design of a study of robustness: a name of its own with values, or one that stands for itself.
+/// A design of a robustness study: a new name with parameter values, or a reserved name.
 #[derive(FromPyObject)]
 pub enum Designed {
     Named(String, Vec<(String, f64)>),
@@ -55,10 +55,10 @@ pub enum Designed {
 }
 
 impl Designed {
-    /// The design, of which the values may be anything yet.
+    /// The design; its values are not checked yet.
     ///
     /// # Errors
-    /// Where a name stands for no design.
+    /// If a name is not one of the reserved ones.
     pub fn choice(self, py: Python<'_>, task: &LoadedTask) -> PyResult<DesignChoice> {
         match self {
             Self::Standing(name) => match &*name {

@@ -1,5 +1,5 @@
-//! Threads of this process. Those of rayon's own pool do not live on in a forked child, which would wait for them for ever;
-//! here every process has its own.
+//! Threads of this process. Those of rayon's global pool do not survive a fork, and the child would wait for them forever;
+//! here, every process has its own pool.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,7 +9,7 @@ use supple::halt;
 
 use crate::errors;
 
-/// What this process has; that of another process is of no use after a fork.
+/// State of this process; after a fork, the parent's state is useless.
 #[derive(Default)]
 struct Own {
     process: u32,
@@ -54,8 +54,8 @@ impl Running {
         Self
     }
 
-    /// Asks it to end within moments. Where others are under way in other threads, they are left alone, and this one ends
-    /// at its next pause.
+    /// Asks this computation to stop within moments. If others run in other threads, they are not disturbed, and this one
+    /// stops at its next check.
     pub fn halt(&self) {
         if own().running == 1 {
             halt::request(true);

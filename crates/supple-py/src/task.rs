@@ -87,8 +87,8 @@ impl NativeTask {
         Ok(Self { task: task.map_err(|error| errors::of_study(py, &error))?, failures: Failures::default() })
     }
 
-    /// A task that Python describes. Its `source`, a text, stands for the task file: results keep it, and journals know by
-    /// it what they belong to.
+    /// A task that Python describes. Its `source`, a text, stands in for the task file: results store it, and journals use
+    /// it to identify the task.
     #[staticmethod]
     fn own(description: &Bound<'_, PyDict>) -> PyResult<Self> {
         let failures = Failures::default();
@@ -191,8 +191,8 @@ impl NativeTask {
         plant::number(&self.task, text).map_err(|error| errors::usage(py, &error))
     }
 
-    /// The same task with other numbers for elements of lists of `[model]`, by list, name and key, for parameters, bounds
-    /// or not, and of sub-steps.
+    /// The same task with other numbers for elements of lists of `[model]` (by list, name and key), for parameters (even out
+    /// of bounds), and for the number of sub-steps.
     #[pyo3(signature = (numbers, parameters, substeps=None))]
     fn changed(
         &self,
@@ -279,7 +279,7 @@ fn check_settings(py: Python<'_>, settings: &DesignSettings) -> PyResult<()> {
 
 fn from_json<T: serde::de::DeserializeOwned>(py: Python<'_>, json: &str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|error| {
-        // Where it is in the text between the two languages says nothing to who asked.
+        // The position in the JSON text passed between the languages means nothing to the user.
         let message = error.to_string();
         let what = message.split(" at line ").next().unwrap_or(&message);
         errors::usage(py, what)

@@ -77,7 +77,7 @@ impl Units {
     fn work<'py>(&self, py: Python<'py>, units: Vec<Vec<u8>>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
         let units = units.iter().map(|unit| from_bytes(py, unit)).collect::<PyResult<Vec<Unit>>>()?;
         let NativeTask { task, failures } = self.task.get();
-        // Units on the cores of a machine do not fight for them.
+        // Units on one machine must not compete for its cores.
         let alone = ThreadPoolBuilder::new().num_threads(1).build();
         let alone = alone.map_err(|error| errors::usage(py, &format!("a thread cannot be made: {error}")))?;
         let work = |stop: &AtomicBool| {

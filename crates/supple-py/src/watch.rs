@@ -15,8 +15,8 @@ use crate::pool::{self, Running};
 /// How often progress is shown and signals are looked for.
 const WAKE: Duration = Duration::from_millis(50);
 
-/// Does long work on a thread of its own while this one shows progress and listens for Ctrl-C; without the interpreter's
-/// lock but for moments.
+/// Does long work on a separate thread while this one shows progress and listens for Ctrl-C; releases the interpreter's
+/// lock except for brief moments.
 ///
 /// `progress` has the methods `begin(what, done, total)`, `advance(parts)` and `say(message)`.
 ///
@@ -35,7 +35,7 @@ pub fn long<T: Send>(
     let stop = AtomicBool::new(false);
     let (outcome, raised) = std::thread::scope(|scope| {
         let worker = scope.spawn(|| {
-            // Told even where the work panics.
+            // Also signals the end if the work panics.
             let _end = End(&relay);
             pool.install(|| work(Watch { progress: &relay, stop: &stop }))
         });

@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 /// Points of a time series at most: more than a screen shows.
 const MOST_POINTS: usize = 251;
 
-/// Steps that the range of a curve is divided into: many more than a plot has pixels.
+/// Number of quantisation steps over the range of a curve: many more than a plot has pixels.
 const STEPS: f64 = 8191.0;
 
-/// A range is wide beyond that of four fifths of the numbers in it times this.
+/// A range counts as wide if it exceeds the range of the middle four fifths of its numbers by this factor.
 const WIDE: f64 = 50.0;
 
 /// All arrays of a page. Plots refer to them by index, as `{"a": index}`.
@@ -23,15 +23,15 @@ pub struct Arrays {
 }
 
 impl Arrays {
-    /// A curve, in steps of 1/8191 of its range. Of each number, the difference to the one before is kept: 1 plus twice
-    /// its size in steps, one less where it is above 0, in groups of 7 bits, the lowest first; 0 where there is no number.
+    /// A curve, quantised to 1/8191 of its range and delta-encoded: each difference to the previous is stored as 1 plus
+    /// twice its size in steps, minus one if positive, in groups of 7 bits, lowest first; missing numbers are 0.
     pub fn curve(&mut self, values: &[f64]) -> Value {
         let finite = || values.iter().copied().filter(|value| value.is_finite());
         let least = finite().fold(f64::INFINITY, f64::min);
         let most = finite().fold(f64::NEG_INFINITY, f64::max);
         let step = if most > least { (most - least) / STEPS } else { 0.0 };
-        // Ranges that overflow, or are so small that their steps vanish, are kept as they are; and those that a few numbers
-        // make so wide that the steps hide the others.
+        // Curves are stored exactly if their range overflows, if it is so small that the steps vanish, or if outliers
+        // make it so wide that the steps would hide the other numbers.
         let lost = !step.is_finite() || (most > least && step < f64::MIN_POSITIVE) || few_are_far(values, most - least);
         if finite().next().is_some() && lost {
             return self.exact(values);
@@ -84,13 +84,13 @@ impl Arrays {
     }
 }
 
-/// Whether a range is much wider than that of most numbers, as of a run that diverges.
+/// Whether a few outliers, such as a run that diverges, make the range much wider than that of most numbers.
 fn few_are_far(values: &[f64], range: f64) -> bool {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let Some(last) = sorted.len().checked_sub(1) else { return false };
     let [low, middle, high] = [last / 10, last / 2, last - last / 10].map(|place| sorted[place]);
-    // Numbers that rest at the lower end are kept exactly by steps from there.
+    // Most numbers are equal: if they are at the lower end, quantisation from there is exact.
     if high > low { range > WIDE * (high - low) } else { range > 0.0 && middle != sorted[0] }
 }
 

@@ -8,11 +8,11 @@ pub const STYLE: &str = include_str!("../assets/page.css");
 /// The script that chooses between light and dark: it defines `SuppleTheme`, and needs a `<select id="theme">`.
 pub const THEME: &str = include_str!("../assets/theme.js");
 
-/// What the licence of plotly.js asks for, readable where the packed script is not.
+/// The notice that the licence of plotly.js requires, readable although the script is packed.
 pub const LICENCE: &str =
     "<!-- plotly.js v3.0.1, copyright 2012-2025, Plotly, Inc., all rights reserved, MIT licence -->";
 
-/// plotly.js by gzip. A constant would stand in the program once for each use.
+/// plotly.js, gzipped. A `static`, since a `const` would be embedded once for each use.
 pub(crate) static PLOTLY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// plotly.js.

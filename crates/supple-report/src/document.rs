@@ -69,8 +69,8 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
     Ok(plain(&page.into_string()).into_owned())
 }
 
-/// What the page may do: run what is written in it, and nothing else. No address is asked for anything, whatever a script
-/// in it would like; pictures that plots are saved as are data.
+/// What the page may do: run its own scripts and nothing else. It makes no network requests, whatever a script in it
+/// tries; images saved from plots are data URLs.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; \
                       font-src data:; base-uri 'none'; form-action 'none'";
 

@@ -1,4 +1,4 @@
-//! Legends stay short: what goes beyond their limit is drawn in grey, as one entry.
+//! Limits the length of legends: further entries are drawn in grey, as one entry.
 
 use serde_json::Value;
 
@@ -27,8 +27,8 @@ fn entries<'a>(traces: &'a [Value], view: &[usize]) -> Vec<&'a str> {
     entries
 }
 
-/// Makes the entries of every view, given by the traces that it shows, at most [`MOST_ENTRIES`]: beyond them, all but the
-/// first ones become one entry in grey, which keep their names for those who point at them. How many there are of these.
+/// Limits the legend of every view, given by the traces that it shows, to [`MOST_ENTRIES`] entries: all but the
+/// first ones become one grey entry, but keep their names in tooltips. Returns the number of grey names.
 pub fn group(traces: &mut [Value], views: &[Vec<usize>]) -> usize {
     let mut rest: Vec<String> = Vec::new();
     for view in views {

@@ -1,7 +1,7 @@
 //! One self-contained HTML page of results: the question, the answer, plots, and the robot in motion. The page carries its
 //! data and scripts, and nothing is fetched when it is read.
 //!
-//! The crate stands on `supple-study`, whose [`Folder`](supple_study::Folder)s it shows, and computes nothing;
+//! The crate builds on `supple-study`, whose [`Folder`](supple_study::Folder)s it shows, and computes nothing;
 //! `supple report`, `supple study` and the Python package write its pages, and `supple-explore` shows the same scenes.
 //!
 //! | what | main items |

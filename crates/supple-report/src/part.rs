@@ -1,4 +1,4 @@
-//! What belongs together on a page: all results of one task file.
+//! The parts of a page: all results of one task file belong together.
 
 use supple::design::DesignStatus;
 use supple::{Evaluation, Named};

@@ -7,10 +7,10 @@ use serde_json::{Map, Value, json};
 use crate::arrays::Arrays;
 use crate::legend;
 
-/// A plot. Its traces are those of plotly.js, but that arrays stand as `{"a": index}` (or as
+/// A plot. Its traces are those of plotly.js, except that arrays are written as `{"a": index}` (or as
 /// `{"a": index, "add": index, "times": number}`: one plus a multiple of another), and colours as `@1` to `@7`, `@ink`,
-/// `@faint` or `@1/0.2`, the last with an opacity: the page's script puts those of light and dark in their place. Texts
-/// are plain: the script hides what plotly.js would take for markup, and breaks lines at `\n`.
+/// `@faint` or `@1/0.2`, the last with an opacity: the page's script substitutes the colours of the theme. Texts
+/// are plain: the script escapes what plotly.js would interpret as markup, and breaks lines at `\n`.
 pub struct Plot {
     /// What it shows, in a few words.
     pub title: String,
@@ -131,7 +131,7 @@ pub fn colour(index: usize) -> String {
     format!("@{}", index % 7 + 1)
 }
 
-/// The dashes of the design with this index, so that colour is not all that tells them apart.
+/// The dashes of the design with this index, so that designs differ by more than colour.
 pub fn dash(index: usize) -> &'static str {
     ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"][index % 6]
 }

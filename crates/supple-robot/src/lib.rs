@@ -6,7 +6,7 @@
 //! URDF, SDF or MJCF text -> Robot (links and joints as written) -> Tree (moving bodies) -> dynamics over any Scalar
 //! ```
 //!
-//! The crate stands on `supple-kernels` and `supple-text` and knows nothing of control; `supple-model` makes a model of a
+//! The crate builds on `supple-kernels` and `supple-text` and is independent of control; `supple-model` makes a model of a
 //! robot, its drives and its compliance. The algorithms are those of Featherstone, *Rigid Body Dynamics Algorithms* (2008).
 //!
 //! | what | main items |

@@ -126,7 +126,7 @@ fn what_cannot_be_modelled_is_left_out_with_its_reason() {
         "actuator follower, line 35: its joint `follower` follows `elbow`: drive that one",
         "sensor geared, line 41: the gear of actuator `shoulder_motor` is not 1: measure its joint",
         "sensor upper_center, line 45: it is about the body's centre of mass and principal axes; `objtype` \"xbody\" or \"site\" is supported",
-        "sensor tip_from_table, line 46: it measures as seen from `table`; only measurements in the world are supported",
+        "sensor tip_from_table, line 46: it measures relative to `table`; only measurements in the world frame are supported",
         "sensor touch, line 47: sensors of kind `touch` are not supported",
         "sensor sensor10, line 48: sensors of kind `touch` are not supported",
         "sensor gyro, line 49: sensors of kind `gyro` are not supported",
@@ -272,7 +272,7 @@ const BODY: &str = "<body name='a'><joint name='j'/><inertial pos='0 0 0' mass='
 fn errors_and_warnings_of_an_included_file_name_it() {
     let main = "<mujoco><worldbody>\n<include file='in/b.xml'/></worldbody></mujoco>";
     let wrong = Folder::new("wrong", &[("robot.xml", main), ("in/b.xml", "<x>\n<body name='b' pos='1 2'/></x>")]);
-    assert_eq!(wrong.load(&[]).unwrap_err(), "in/b.xml:2:21: body `b`: `pos` must be 3 numbers, and has 2: `1 2`");
+    assert_eq!(wrong.load(&[]).unwrap_err(), "in/b.xml:2:21: body `b`: `pos` must be 3 numbers, but has 2: `1 2`");
     let broken = Folder::new("broken", &[("robot.xml", main), ("in/b.xml", "<x>\n<body></x>")]);
     let error = broken.load(&[]).unwrap_err();
     assert!(error.starts_with("in/b.xml:2:"), "{error}");

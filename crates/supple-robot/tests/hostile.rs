@@ -132,7 +132,7 @@ fn ten_thousand_links_load() {
     assert_eq!((star.joints.len(), star.joints[0].name.as_str()), (9_999, "j9999"));
     let heap = soon(&large(10_000, |i| (i - 1) / 2)).unwrap();
     assert!(heap.joints.iter().enumerate().all(|(i, joint)| joint.parent <= i));
-    let message = "it moves link `l9999` and what hangs from it, and none of them has inertia";
+    let message = "it moves link `l9999` and the links attached to it, none of which has inertia";
     assert_eq!(heap.warnings, [format!("joint `j9999`: {message} (line 2, and 9998 more)")]);
 }
 
@@ -146,7 +146,7 @@ fn more_links_than_a_robot_has_are_refused() {
 fn large_errors_are_found_soon() {
     let turned = large(10_000, |i| (i + 1) % 10_000).replace("<link name='l0'/>", "");
     let error = soon(&turned).unwrap_err();
-    assert!(error.contains("there is no link `l0`; known are `l9999`, `l9998`,"), "{error}");
+    assert!(error.contains("there is no link `l0`; known: `l9999`, `l9998`,"), "{error}");
     let text = large(10_000, |i| if i == 1 { 9_999 } else { i - 1 });
     let error = soon(&text).unwrap_err();
     assert!(error.contains("closed kinematic loop along `l9999`, `l1`, `l2`,"), "{error}");
@@ -205,7 +205,7 @@ fn what_is_too_deep_or_too_wide_is_refused() {
     let error = soon(&many).unwrap_err();
     assert_eq!(error, "robot.urdf:2:8000009: a robot file has at most 2000000 elements, texts and comments");
     let brackets = "<".repeat(20_000_000);
-    let message = "a robot file has at most 4000000 signs `<`; this one has 20000000";
+    let message = "a robot file has at most 4000000 characters `<`; this one has 20000000";
     assert_eq!(soon(&brackets).unwrap_err(), format!("robot.urdf:1:1: {message}"));
 }
 
@@ -239,7 +239,7 @@ fn long_names_and_many_mistakes_stay_short() {
     let unknown: String = (0..100_000).map(|i| format!("<e{i}/>\n")).collect();
     let robot = soon(&PAIR.replace("<link name=\"a\"/>", &format!("<link name=\"a\"/>{unknown}"))).unwrap();
     assert_eq!(robot.warnings.len(), 101);
-    assert_eq!(robot.warnings[0], "unknown `e0` in `robot` is ignored; known are `link`, `joint` (line 3)");
+    assert_eq!(robot.warnings[0], "unknown `e0` in `robot` is ignored; known: `link`, `joint` (line 3)");
     assert_eq!(robot.warnings[100], "99900 further kinds of warnings are omitted");
     let text = "1 <!-- -->".repeat(200_000);
     soon(&PAIR.replace("<link name=\"a\"/>", &format!("<link name=\"a\">{text}</link>"))).unwrap();

@@ -113,7 +113,7 @@ fn an_arm_is_the_same_in_urdf_and_sdf() {
 fn a_model_that_nothing_attaches_is_fixed_in_the_world() {
     let robot = file("arm_at_base.sdf");
     assert_eq!(robot.links[0].name, "base");
-    let said = "link `base`: no joint attaches it to anything, and it is taken as fixed in the world (line 3)";
+    let said = "link `base`: no joint attaches it to anything; it is treated as fixed to the world (line 3)";
     assert_eq!(robot.warnings, [said]);
 
     let robot = file("arm_relative.sdf");
@@ -227,8 +227,7 @@ fn inertia_that_is_not_given_is_that_of_the_format() {
     assert_eq!(robot.links[2].inertia, inertia(2.0));
     let said = "link `a`: it has no `inertial`; the SDF default is used: 1 kg and 1 kg m^2 about each axis (line 1)";
     assert!(robot.warnings.contains(&said.to_owned()), "{:?}", robot.warnings);
-    let said =
-        "inertial of link `b`: it has no `inertia`, and gets what SDF then has: 1 kg m^2 about each axis (line 1)";
+    let said = "inertial of link `b`: it has no `inertia`; the SDF default is used: 1 kg m^2 about each axis (line 1)";
     assert!(robot.warnings.contains(&said.to_owned()), "{:?}", robot.warnings);
 
     // Axes turned by a right angle about z: x and y change places.
@@ -297,7 +296,7 @@ fn a_link_may_be_called_world() {
         "<joint name='j' type='revolute'><parent>world</parent><child>b</child><axis><xyz>0 0 1</xyz></axis></joint>";
     let robot = model(&(link("world", "") + &link("b", "<pose>0 0 1 0 0 0</pose>") + joint));
     assert_eq!((robot.links.len(), robot.links[0].name.as_str(), robot.joints[0].parent), (2, "world", 0));
-    let said = "link `world`: `world` is the name of the world; here it is that of a link of the robot (line 1)";
+    let said = "link `world`: `world` is the name of the world frame; here a link of the robot has this name (line 1)";
     assert!(robot.warnings.contains(&said.to_owned()), "{:?}", robot.warnings);
     // Placed elsewhere, it needs a world with another name.
     let robot = model(&(link("world", "<pose>1 0 0 0 0 0</pose>") + &link("b", "") + joint));

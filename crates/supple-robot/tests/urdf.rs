@@ -205,11 +205,11 @@ fn what_looks_like_a_mistake_is_said_once() {
     );
     one(
         &pair("", "prismatic", "<limit lower='0' upper='1' effort='1' velocity='1'/>"),
-        "joint `j`: it moves link `b` and what hangs from it, and none of them has inertia (line 4)",
+        "joint `j`: it moves link `b` and the links attached to it, none of which has inertia (line 4)",
     );
     one(
         &pair(&inertial(0.0, [0.0; 3]), "continuous", ""),
-        "joint `j`: it moves link `b` and what hangs from it, and none of them has inertia (line 4)",
+        "joint `j`: it moves link `b` and the links attached to it, none of which has inertia (line 4)",
     );
     one(
         &pair(&body, "continuous", "<limit velocity='1'/>"),
@@ -342,7 +342,7 @@ fn scales_of_other_than_three_numbers_are_told() {
         assert_eq!(robot.links[1].meshes[0].scale, used);
         let count = scale.split_whitespace().count();
         let said = format!(
-            "mesh of link `b`: `scale` must be 3 numbers, and has {count}: the mesh is drawn with the first of them (line 3)"
+            "mesh of link `b`: `scale` must have 3 numbers; found {count}: the mesh is drawn with the first one (line 3)"
         );
         assert_eq!(robot.warnings, [said]);
     }

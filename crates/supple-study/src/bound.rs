@@ -67,11 +67,11 @@ pub struct CurvePoint {
 /// The file with the points of all curves.
 pub const CURVE_CSV: &str = "curve.csv";
 
-/// The first point of a curve costs this share of the cost asked for more than the least there is, both above that
-/// least.
+/// How far the first point of a curve is above the minimum cost, as a share of how far the requested cost is
+/// above it.
 const NEAREST: f64 = 0.02;
 
-/// Its last one costs so many times as much more, or as much as with nothing measured, where that is less.
+/// The same for the last point, as a multiple; but no further than the cost without measurements.
 const FARTHEST: f64 = 50.0;
 
 /// Points of a curve at most.
@@ -79,8 +79,8 @@ const MOST_POINTS: usize = 10_000;
 
 /// Finds the bounds of each task, and the curves where they are asked for: their points all at once.
 ///
-/// A curve has the cost of the bounds as one of its points; the others' distances to the least cost grow by equal
-/// ratios.
+/// A curve contains the cost of the bounds as one of its points; the distances of the others to the minimum cost form
+/// a geometric sequence.
 ///
 /// # Errors
 /// Where a plan cannot be computed, the cost is not above the least there is, a curve has fewer than 2 or more than
@@ -121,7 +121,7 @@ pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<Bo
     Ok(BoundStudy { options: options.clone(), report, curves })
 }
 
-/// Does work unless it is stopped: what was cut short is none.
+/// Does work; an error if it is stopped meanwhile, as an interrupted result is unusable.
 fn stoppable<T>(watch: Watch, work: impl FnOnce() -> Result<T, StudyError>) -> Result<T, StudyError> {
     if watch.is_stopped() {
         return Err(StudyError::Stopped);
@@ -161,7 +161,7 @@ fn curve(bounding: &Bounding, report: &TaskBound, points: usize, watch: Watch) -
     Ok(Curve { task: bounding.name().to_owned(), points })
 }
 
-/// Costs of a curve: their distances to the least there is by equal ratios, that of the bounds among them.
+/// Costs of a curve: distances to the minimum grow geometrically; the nearest point is set to the cost of the bounds.
 fn costs(bounding: &Bounding, report: &TaskBound, points: usize) -> Vec<f64> {
     let least = bounding.minimum_cost();
     let own = report.cost - least;
@@ -177,7 +177,7 @@ fn costs(bounding: &Bounding, report: &TaskBound, points: usize) -> Vec<f64> {
 }
 
 impl BoundStudy {
-    /// The study as programs read it: of one task all that is known of it at the top level.
+    /// The study as JSON; with a single task, all of its entries are also at the top level.
     ///
     /// # Errors
     /// If it cannot be serialised.

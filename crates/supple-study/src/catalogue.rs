@@ -31,8 +31,8 @@ pub struct CatalogueReport {
     pub price: Option<f64>,
     /// The best design without catalogues.
     pub continuous: ContinuousOptimum,
-    /// Bits that the chosen design needs more than that, prices with their weight included; none where one of both misses a
-    /// bound, and where entries have prices and prices count, which that does not pay.
+    /// Bits by which the chosen design exceeds `continuous`, weighted prices included; `None` if either misses a limit, or
+    /// if entries have prices that count, since `continuous` does not pay them.
     pub gap_bits: Option<f64>,
     /// The best combinations of entries, the chosen one first: at most 10.
     pub best: Vec<CombinationReport>,
@@ -103,7 +103,7 @@ impl CatalogueReport {
                 number(gap)
             ),
             None if !self.continuous.status.meets_bounds() => {
-                "Without catalogues no design that meets every bound was found either.".to_owned()
+                "Without catalogues, no design within all cost limits was found either.".to_owned()
             }
             None if self.chosen.iter().any(|entry| entry.price.is_some()) => {
                 format!(

@@ -1,8 +1,8 @@
-/// Runs that leave the range of plans by this many times its size are clipped.
+/// Axes are clipped if runs leave the range of plans by more than this many times its size.
 const CLIPPED: f64 = 5.0;
 
-/// The range of an axis where runs leave that of plans by far, so that plans can still be read, and the number of the runs
-/// that is farthest from it.
+/// An axis range around the plans, so that they stay readable, and the most distant value of the runs; `None` if the
+/// runs do not go far beyond the plans.
 #[must_use]
 pub fn clipped(plans: &[f64], runs: &[f64]) -> Option<([f64; 2], f64)> {
     let ends = |values: &[f64]| {

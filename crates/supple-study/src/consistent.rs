@@ -1,5 +1,5 @@
-//! Lengths and places in a result that must agree. They are checked once, when a folder is read, so that pages, figures,
-//! reports and exports may take them for granted.
+//! Lengths and indices in a result that must agree. They are checked once, when a folder is read, so that pages, figures,
+//! reports and exports can rely on them.
 
 use supple::scene::{Scene, Track};
 use supple::simulate::Sample;
@@ -17,7 +17,7 @@ use crate::{About, AboutTask, StudyResult};
 /// What is wrong, or nothing.
 type Found = Result<(), String>;
 
-/// Checks that the parts of a result fit one another and the task that it says it is of.
+/// Checks that the parts of a result are consistent with one another and with the task it refers to.
 ///
 /// # Errors
 /// What does not fit.

@@ -41,7 +41,7 @@ pub struct DesignReport {
     pub optimum: Evaluation,
     /// Which bounds are active there, by task.
     pub active_bounds: Vec<String>,
-    /// Nats that a unit more of bound would save, by task.
+    /// Shadow prices: nats that one more unit of cost limit would save, by task.
     pub bound_prices: Vec<TaskPrice>,
     /// Nats that a unit more of budget would save; 0 where there is none or it is not used up.
     #[serde(default)]
@@ -51,15 +51,15 @@ pub struct DesignReport {
     /// The entries of catalogues that were chosen, where parameters have catalogues.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catalogue: Option<CatalogueReport>,
-    /// Where the change of each task's measured information from the start comes from; none in results of versions that did
-    /// not find it, and where plans have no total gradient.
+    /// Causes of the change in each task's measured information from the start; empty in results of versions that did
+    /// not compute it, and if plans have no total gradient.
     #[serde(default)]
     pub split: Vec<Split>,
     /// Every start; starts take no notice of catalogues.
     pub starts: Vec<StartReport>,
     /// Designs evaluated.
     pub evaluations: usize,
-    /// Of these, how many have a plan that never touches a contact from which a cost wants a force; 0 in results of
+    /// Of these, how many have a plan that never makes a contact whose force a cost tracks; 0 in results of
     /// versions that did not count them.
     #[serde(default)]
     pub evaluations_without_contact: usize,
@@ -109,7 +109,7 @@ pub struct StartReport {
     pub from: Named,
     /// Where it ended.
     pub to: Named,
-    /// How often nothing was left of what was minimised, and the search went on to the next kind of information.
+    /// How often the minimised information reached zero and the search switched to the next kind of information.
     #[serde(default)]
     pub passed: usize,
     /// The information there, of the kind minimised last, nats; NaN where nothing could be evaluated.
@@ -180,7 +180,7 @@ pub fn run_observed(
             return Ok(None);
         }
         let summary = searcher.search_start(phi, start)?;
-        // What was under way when it was told to stop may be cut short.
+        // A start that was running when the stop was requested may be incomplete.
         if !watch.is_stopped() {
             parts.keep(&name, &Found::of(summary.clone()))?;
         }
@@ -281,7 +281,7 @@ fn report(
     let full = if cut_short { Err(supple::Error::Stopped) } else { ends.evaluate(false) };
     let (start, optimum) = match full {
         Err(supple::Error::Stopped) => {
-            // All that was to end has ended; what was found is still to be shown.
+            // All starts have ended; clear the stop request, so that the report can be computed.
             halt::request(false);
             cut_short = true;
             ends.evaluate(true)?
@@ -354,13 +354,13 @@ impl Ends<'_> {
         let tell = |task: usize, share: f64| progress.advance(shares.more(task, share));
         match problem.split_watched((phi, &nats), (&best.to, &best.controls), &tell) {
             Err(supple::Error::Stopped) => None,
-            // Plans on the way may be missing where both ends have them.
+            // Intermediate plans may be missing even if both ends have them.
             split => Some(split.unwrap_or_default()),
         }
     }
 
-    /// Both designs, evaluated with trajectories; in brief without roll-outs and without the least information, where that
-    /// is not minimised.
+    /// Evaluates both designs with trajectories; if `brief`, without roll-outs and the information needed, unless that
+    /// is minimised.
     fn evaluate(&self, brief: bool) -> Result<(Evaluation, Evaluation), supple::Error> {
         let Searcher { problem, settings, .. } = *self.searcher;
         let wanted = EvaluateOptions {

@@ -8,9 +8,9 @@ use serde::ser::{
 };
 use serde::{Serialize, Serializer};
 
-/// Keys whose numbers may be infinite or no number where there is nothing to say: how far above its bound a task without
-/// one is, what the bounds of such tasks on a front are, what more of a bound would save where it has no limit, and what
-/// the spread and significance of a single roll-out are. Where roll-outs diverge, their mean is not finite either.
+/// Keys whose numbers may be infinite or NaN because they are undefined: the excess over the limit of a task
+/// without one, limits of such tasks on a front, shadow prices without a finite value, and
+/// spread and significance of a single roll-out. If roll-outs diverge, their mean is not finite either.
 const MAY_BE_OPEN: [&str; 11] = [
     "violation",
     "cost_standard_error",
@@ -40,11 +40,11 @@ impl Display for NotFinite {
     }
 }
 
-/// All numbers of a result that are not finite, but for those that say with `error` why they are not, and those that have
-/// nothing to be of.
+/// All non-finite numbers of a result, except those explained by an `error` in the same record and those that are
+/// undefined.
 pub fn not_finite(result: &impl Serialize) -> Vec<NotFinite> {
     let mut walk = Walk { place: Vec::new(), found: Vec::new() };
-    // Nothing in a walk fails but keys of maps that are no text, which results do not have.
+    // The walk can only fail on map keys that are not strings, which results do not have.
     let _ = result.serialize(&mut walk);
     walk.found
 }
@@ -69,7 +69,7 @@ impl Walk {
     }
 }
 
-/// A walk that cannot go on.
+/// An error that ends the walk.
 #[derive(Debug)]
 struct Stop(String);
 
@@ -92,7 +92,7 @@ struct Inside<'a> {
     walk: &'a mut Walk,
     entries: usize,
     key: String,
-    /// What was found before this record, where it has no error so far.
+    /// Number of findings before this record, to which they are cut back if it has an error.
     before: usize,
     failed: bool,
 }
@@ -116,7 +116,7 @@ impl<'a> Inside<'a> {
         self.walk.enter(key.to_owned(), value)
     }
 
-    /// What a record with an error lacks is explained by that.
+    /// Drops the findings in a record with an error, which explains them.
     fn left(self) -> Result<(), Stop> {
         if self.failed {
             self.walk.found.truncate(self.before);

@@ -15,7 +15,7 @@ use crate::{About, LoadedTask, Source, StudyError, StudyResult, check_writable, 
 /// The version of the layout of result folders.
 const FORMAT: u32 = 2;
 
-/// What `supple validate` finds of a result, beside it.
+/// The file in which `supple validate` stores its findings about a result, in the same folder.
 const VALIDATION: &str = "validation.json";
 
 /// What made a result.
@@ -90,7 +90,7 @@ impl Folder {
             study.save_table(path)?;
         }
         let file = path.join(RESULT);
-        // It tells of the result that was here before.
+        // It refers to the previous result in this folder.
         remove(&path.join(VALIDATION))?;
         let json = serde_json::to_string_pretty(&File { made, result });
         let text = json.map_err(|error| StudyError::io(&file, error.into()))? + "\n";
@@ -98,8 +98,8 @@ impl Folder {
         checksums::save(path)
     }
 
-    /// The same, and removes the journal where there is nothing to resume: the result says it all. That of a sweep
-    /// stays, which knows the rows of its table.
+    /// The same, and removes the journal if there is nothing to resume, as the result is complete. The journal of a sweep
+    /// is kept, since it holds the rows of the table.
     ///
     /// # Errors
     /// Where a file cannot be written or removed.
@@ -153,8 +153,8 @@ impl Folder {
         check_writable(path, if matches!(work, Work::Sweep(_)) { TABLE_CSV } else { RESULT })
     }
 
-    /// What a sweep will replace in a folder: the result of a sweep of something else, whose journal was removed. One with
-    /// a journal is refused when the sweep begins.
+    /// A warning if a sweep will replace the result of another sweep whose journal was removed. If that sweep still has
+    /// its journal, the new one is refused when it begins.
     #[must_use]
     pub fn replaced_sweep(path: &Path, work: &Work) -> Option<String> {
         #[derive(Deserialize)]

@@ -2,7 +2,7 @@
 //! stopped and resumed, stored in folders and read back. A [`Study`](study::Study) is a value that serialises: what to do,
 //! to which task, with which options.
 //!
-//! The crate stands on `supple` and `supple-file`. The program, the Python package and the explorer build studies and
+//! The crate builds on `supple` and `supple-file`. The program, the Python package and the explorer build studies and
 //! nothing else; `supple-figures` and `supple-report` show stored results and compute nothing.
 //!
 //! | what | main items |

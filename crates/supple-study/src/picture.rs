@@ -19,7 +19,7 @@ struct Located {
 /// Bytes up to which a line of a file is worth showing.
 const LONGEST: usize = 400;
 
-/// Endings of the files whose lines are shown. A task file of others may name any file, whose lines are nobody's business.
+/// Extensions of files whose lines are shown. An untrusted task file may name any file, whose lines must not leak.
 const SHOWN: [&str; 8] = ["toml", "urdf", "xml", "sdf", "world", "mjcf", "csv", "json"];
 
 /// Whether lines of a file are shown.

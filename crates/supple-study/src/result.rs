@@ -136,7 +136,7 @@ impl StudyResult {
                 let found = |curve: &Curve| curve.points.iter().all(|point| point.error.is_none());
                 result.report.tasks.iter().all(proved) && result.curves.iter().all(found)
             }
-            // How searches ended is what was asked for; a set of sensors has its certificate.
+            // Traces succeed however their searches ended; a set of sensors has its certificate.
             Self::Trace(_) | Self::Sensors(_) | Self::Study(_) => true,
         };
         !as_asked || self.is_stopped()
@@ -147,7 +147,7 @@ impl StudyResult {
         match self {
             Self::Design(result) => not_finite(result),
             Self::Evaluate(result) => not_finite(&result.evaluation),
-            // Cells of a table hold finite numbers only; the column `error` says what others lack.
+            // Table cells are always finite; the column `error` explains missing ones.
             Self::Sweep(_) => Vec::new(),
             Self::Robustness(result) => not_finite(result),
             Self::Pareto(result) => not_finite(result),

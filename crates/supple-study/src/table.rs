@@ -57,7 +57,7 @@ impl Cell {
     }
 }
 
-/// A text that spreadsheets take for text and terminals for no command: an apostrophe before what would be computed, and no
+/// A text that spreadsheets do not evaluate and terminals do not execute: an apostrophe before any formula, and no
 /// control characters.
 fn no_formula(text: &str) -> String {
     let text = plain(text);
@@ -85,7 +85,7 @@ impl Table {
         self.columns.iter().position(|column| column.name == name)
     }
 
-    /// The numbers of a column, NaN where there is none; none where there is no such column.
+    /// The numbers of a column, NaN for missing ones; `None` if there is no such column.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Option<Vec<f64>> {
         let column = self.column(name)?;
@@ -97,10 +97,10 @@ impl Table {
     }
 
     /// The table as CSV (RFC 4180): names of columns, then rows; what is missing is empty. Before texts that
-    /// spreadsheets would compute, as they begin with `=`, `+`, `-` or `@`, stands an apostrophe.
+    /// spreadsheets would evaluate because they begin with `=`, `+`, `-` or `@`, an apostrophe is inserted.
     pub fn to_csv(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        // Writing to memory cannot fail, and rows of another length than the first one are written as they are.
+        // Writing to memory cannot fail; rows of a deviating length are written as they are.
         let names: Vec<String> = self.columns.iter().map(|column| no_formula(&column.name)).collect();
         let _ = writer.write_record(&names);
         for row in &self.rows {

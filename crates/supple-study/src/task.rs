@@ -79,7 +79,7 @@ pub struct LoadedTask {
 }
 
 impl LoadedTask {
-    /// An error of a computation with the file that the task is in, where it does not say so yet and there is one.
+    /// Adds the task's file to an error of a computation, if the task has a file and the error does not name it yet.
     #[must_use]
     pub fn blame(&self, error: StudyError) -> StudyError {
         match (error, self.sources.first()) {

@@ -180,7 +180,7 @@ fn searches(
     {
         return Err(first.cause.clone().unwrap_or_else(|| supple::Error::Elsewhere(error.clone())).into());
     }
-    // What was stopped before it saw a design has nothing to show.
+    // Runs that were stopped before they visited a design have nothing to show.
     let begun = |run: &TraceRun| run.status != DesignStatus::Stopped || !run.path.is_empty();
     Ok(found.into_iter().map(|search| search.run).filter(begun).collect())
 }

@@ -3,7 +3,7 @@ use std::sync::{Mutex, PoisonError};
 
 use supple::design::{Event, Observer};
 
-/// Sees how far long work is; called from several threads.
+/// Observes the progress of long work; called from several threads.
 pub trait Progress: Send + Sync {
     /// Work of `total` parts began; `done` of them were done before.
     fn begin(&self, what: &str, done: u64, total: u64);
@@ -11,7 +11,7 @@ pub trait Progress: Send + Sync {
     /// `parts` more are done.
     fn advance(&self, parts: u64);
 
-    /// Something to say beside it, such as the best design until now.
+    /// A message to show with the progress, such as the best design so far.
     fn say(&self, _message: &str) {}
 }
 
@@ -33,7 +33,7 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// What no one ever sets.
+/// A stop flag that is never set.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Neither watched nor stopped.
@@ -64,7 +64,7 @@ struct Seen {
 }
 
 impl<'a> Searching<'a> {
-    /// Of a search in which costs may be above their bounds by a share `feasibility`.
+    /// For a search in which costs may exceed their limits by the relative tolerance `feasibility`.
     pub fn new(progress: &'a dyn Progress, feasibility: f64) -> Self {
         Self { progress, feasibility, seen: Mutex::default() }
     }

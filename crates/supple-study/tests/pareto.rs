@@ -117,7 +117,11 @@ fn several_tasks_share_one_factor() {
     }
     let (tight, loose) = (&found.points[0], &found.points[4]);
     assert!((tight.costs[1] / 15.0 - tight.factor).abs() < 1e-6 && (loose.costs[1] / 15.0 - loose.factor).abs() < 1e-9);
-    assert!(found.remarks.iter().any(|it| it.text == "the bound of press is nowhere active"), "{:?}", found.remarks);
+    assert!(
+        found.remarks.iter().any(|it| it.text == "the cost limit of press is nowhere active"),
+        "{:?}",
+        found.remarks
+    );
 }
 
 #[test]

@@ -30,9 +30,9 @@ pub struct Runs {
 pub struct Elsewhere {
     /// How the plan ended.
     pub status: PlanStatus,
-    /// What it expects to cost.
+    /// Its predicted expected cost.
     pub predicted_cost: f64,
-    /// What it expects its measurements to tell, in bits.
+    /// Its predicted information, in bits.
     pub predicted_bits: f64,
     /// What it touches.
     pub contacts: Vec<ContactReport>,
@@ -50,7 +50,7 @@ pub struct Other<'a> {
     pub task: &'a Task,
     /// All its parameters.
     pub phi: &'a [f64],
-    /// How states move on.
+    /// The dynamics: the next state.
     pub plant: Plant<'a>,
 }
 

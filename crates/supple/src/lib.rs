@@ -2,7 +2,7 @@
 //! tasks with cost limits, and [`design`](design::design) finds the parameters at which the controller receives the least
 //! sensor information while every task stays within its limit.
 //!
-//! The crate stands on `supple-model`, what an author writes, and [`supple-lqg`](lqg), the sweeps over arrays; it
+//! The crate builds on `supple-model`, what an author writes, and [`supple-lqg`](lqg), the sweeps over arrays; it
 //! re-exports what its users need of both. Problems are built from values or read from task files by `supple-file`;
 //! `supple-study` runs grids, fronts and robustness studies of them and stores the results.
 //!

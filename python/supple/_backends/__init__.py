@@ -1,1 +1,1 @@
-"""Where the functions and derivatives of own models come from."""
+"""Sources of the functions and derivatives of custom models."""

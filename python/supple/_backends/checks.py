@@ -1,4 +1,4 @@
-"""What has to hold of a user's functions before anything is computed with them."""
+"""Checks of user-supplied functions before anything is computed with them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def check_batches(functions: Functions, x: Array, u: Array, phi: Array) -> None:
     for count in sorted({1, 3, len(x)}):
         states, controls = points_near(x, u, count)
         for name in functions.shapes:
-            # They get copies: what writes into its arguments is seen.
+            # The functions get copies, so that writing into arguments is detected.
             x_given, u_given = states.copy(), controls.copy()
             once = functions.batch(name, x_given, u_given, phi)
             if not (np.array_equal(x_given, states) and np.array_equal(u_given, controls)):
@@ -64,7 +64,7 @@ def check_batches(functions: Functions, x: Array, u: Array, phi: Array) -> None:
 
 
 def check_guess(backend: Any, x: Array, controls: Array, phi: Array) -> None:
-    """The roll-out of the first guess: no function may stop being a number while the state is still of a sensible size.
+    """Rolls out the initial guess: no function may return NaN while the state still has a reasonable magnitude.
 
     Raises:
         UsageError: Where one does, with the step.
@@ -88,7 +88,7 @@ def check_guess(backend: Any, x: Array, controls: Array, phi: Array) -> None:
             at = f"x = {_short(states[t])}" + ("" if name == "final_cost" else f", u = {_short(controls[t])}")
             raise UsageError(
                 f"`{name}` returned {_short(values[np.argmax(bad)])} at step {t} under the first guess of the controls, where "
-                f"{at}: it must return finite numbers. Mend it there, or start from another initial_control"
+                f"{at}: it must return finite numbers. Correct it there, or start from another initial_control"
             )
 
 
@@ -97,7 +97,7 @@ def _check_values(name: str, found: tuple[Array, Array], x: Array, u: Array) -> 
     if not np.isfinite(once).all():
         raise UsageError(
             f"`{name}` returned {_short(once)} at x = {_short(x)}, u = {_short(u)}: it must return finite numbers at and near "
-            "the initial state. Mend it there, or choose another initial_state or initial_control"
+            "the initial state. Correct it there, or choose another initial_state or initial_control"
         )
     if not np.array_equal(once, again):
         raise UsageError(

@@ -255,7 +255,7 @@ class Differences:
         step, cost = self._of("step"), self._of("cost")
 
         def by_parameters(phi: Array) -> Array:
-            # Apart, so that a large one does not drown the small ones.
+            # Kept separate, so that a large one does not swamp the small ones.
             return np.concatenate([cost(z, phi)[:, None], step(z, phi)], axis=1)
 
         found = self._by_parameters(by_parameters, phi, order)
@@ -278,7 +278,7 @@ class Differences:
             copies = len(z) // len(x)
             return self._stage_parameters(z, np.tile(costates, (copies, 1)), phi, 2)
 
-        # Of two functions: the shorter lengths of both.
+        # Both functions are differentiated, so use the shorter of their lengths.
         lengths = np.minimum(self.lengths["step", 2], self.lengths["cost", 2])
         step, sizes = self._of("step"), _sizes(dz / lengths)
         moved = stencils.along(gradient, z, dz / sizes[:, None], relative_step(2))

@@ -1,4 +1,4 @@
-"""The functions that a user writes, with their sizes; and how they travel to other processes."""
+"""User-supplied functions with their dimensions, and their transfer to other processes."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def pack(function: Callable[..., Any], name: str) -> bytes:
         cloudpickle = None
     try:
         if script and cloudpickle is not None:
-            # Another process has another main module.
+            # The module `__main__` differs in another process.
             return bytes(cloudpickle.dumps(function))
         return pickle.dumps(function)
     except Exception as error:

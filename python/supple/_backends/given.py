@@ -29,7 +29,7 @@ class Given:
         self._shapes = self.shapes(of.states, of.controls, of.measurements, len(of.parameters))
         for name, function in self._functions.items():
             if not callable(function):
-                raise UsageError(f"derivatives: `{name}` is {type(function).__name__}, which is no function")
+                raise UsageError(f"derivatives: `{name}` is {type(function).__name__}, which is not a function")
 
     @staticmethod
     def shapes(n: int, m: int, p: int, count: int) -> dict[str, tuple[Shape, ...]]:

@@ -23,7 +23,7 @@ class Untraceable(UsageError):
 
 @contextmanager
 def double_precision() -> Iterator[None]:
-    """JAX in float64, on this thread and for a while: settings of the user's stay as they are."""
+    """Enables float64 in JAX temporarily, on this thread only: the user's settings are not changed."""
     import jax
 
     if hasattr(jax, "enable_x64"):
@@ -37,7 +37,7 @@ def double_precision() -> Iterator[None]:
 
 
 def padded(count: int) -> int:
-    """How many points are computed for so many: few sizes, so that little is compiled; the same on every machine.
+    """The padded batch size for a number of points: few sizes, so that few programs are compiled; the same on every machine.
 
     Samples run in step with one another by 32 or less; few points take as long as 32.
     """

@@ -1,4 +1,4 @@
-"""Lengths over which functions change, for the steps of finite differences; and what errors remain."""
+"""Lengths over which functions change, which set the steps of finite differences; and the remaining errors."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def _around(z: Array) -> Array:
 
 
 def _best(derivative: Callable[[float], Array], order: int, largest: float, floor: Array) -> float:
-    """The length at which a derivative depends least on it, relative to its size or, where that is more, to ``floor``: a
+    """The length at which a derivative is least sensitive to it, relative to its size or, if greater, to ``floor``: a
     function's value over the largest length, below which derivatives matter little.
 
     Rounding counts at every length for as much as it may do: over short lengths the change of a function may be lost to rounding.

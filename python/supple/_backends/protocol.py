@@ -1,4 +1,4 @@
-"""What the engine asks of a model that lives in Python.
+"""The interface of a model that is implemented in Python.
 
 All arrays are float64 and C-contiguous. ``B`` points at once: never one by one. ``n`` states, ``m`` controls, ``p``
 measurements, ``P`` parameters, ``z = (x, u)``, ``N`` steps.

@@ -1,4 +1,4 @@
-"""Central differences of fourth order, as few calls over many points."""
+"""Fourth-order central differences, in few calls for many points."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ Function = Callable[[Array], Array]
 
 
 def relative_step(order: int) -> float:
-    """Step over the length on which a function changes, at which rounding and truncation of a derivative of this order
-    are alike: ``eps^(1 / (4 + order))``."""
+    """The step, relative to the length over which a function changes, that balances rounding and truncation errors of
+    a derivative of this order: ``eps^(1 / (4 + order))``."""
     return float(ROUNDING ** (1.0 / (4 + order)))
 
 
@@ -57,7 +57,7 @@ def first(function: Function, points: Array, steps: Array) -> Array:
     shifts = np.concatenate([multiple * np.diag(steps) for multiple, _ in FIRST])
     values = _evaluate(function, points, shifts)
     values = values.reshape(len(FIRST), variables, *values.shape[1:])
-    # Pairs first: what is the same on both sides cancels without a trace.
+    # Differences of pairs first: what is equal on both sides then cancels exactly.
     total = FIRST[3][1] * (values[3] - values[0]) + FIRST[2][1] * (values[2] - values[1])
     total = total / steps.reshape(-1, *[1] * (total.ndim - 1))
     return np.moveaxis(total, 0, -1)

@@ -83,7 +83,7 @@ def translate(
             parts = [row[a:b] for a, b in zip([0, *cuts[:-1]], cuts)]
             return jax.numpy.reshape(function(*parts, *([row[-1]] if extra else [])), (-1,))
 
-        # Compiled once: a function that is another at every trace must not pass as one that rounds badly.
+        # Compiled once: otherwise, a function that changes at every trace would look like one that rounds badly.
         compiled = jax.jit(jax.vmap(of_inputs))
 
         def called(at: Any) -> Any:
@@ -102,10 +102,10 @@ def translate(
 def _write(
     function: Callable[..., Any], name: str, sizes: list[int], arguments: list[Any], outputs: int | None
 ) -> tuple[dict[str, Any], set[str]]:
-    """The tape of one trace, and which rules of its own for derivatives the function has."""
+    """The tape of one trace, and the custom derivative rules that the function has."""
     import jax
 
-    # A function of its own, since JAX remembers what it traced.
+    # A new lambda, since JAX caches traces by function.
     closed = jax.make_jaxpr(lambda *given: function(*given))(*arguments)
     shape = () if outputs is None else (outputs,)
     shapes = [tuple(int(length) for length in value.shape) for value in closed.out_avals]

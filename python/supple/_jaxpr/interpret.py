@@ -62,7 +62,7 @@ def apply(tape: Tape, equation: Any, values: list[Array]) -> list[Array]:
 
 
 def settle(tape: Tape, equation: Any, values: list[Array]) -> list[Array]:
-    """The results of an equation all of whose inputs are known: JAX's own, or NumPy's where that is as good."""
+    """The results of an equation all of whose inputs are known: computed by JAX, or by NumPy where equivalent."""
     name, parameters = equation.primitive.name, equation.params
     if name in MOVES and all(isinstance(value, np.ndarray) for value in values):
         moved = move(name, values, parameters)
@@ -79,7 +79,7 @@ def settle(tape: Tape, equation: Any, values: list[Array]) -> list[Array]:
 
 
 def _typed(value: Any, variable: Any) -> Any:
-    """A known value with the type JAX has for it: whole numbers of the tape are all of one type."""
+    """A known value in the type that JAX would give it: the tape has only one integer type."""
     wanted = getattr(variable.aval, "dtype", None)
     if isinstance(value, np.ndarray) and wanted is not None and value.dtype != wanted:
         return value.astype(wanted)
@@ -130,7 +130,7 @@ def call(tape: Tape, name: str, inner: Any, values: list[Array]) -> list[Array]:
 
 
 def primitives(jaxpr: Any) -> Iterator[str]:
-    """The names of a jaxpr's primitives, those of inner ones in their place; lone ones with their constant."""
+    """The names of a jaxpr's primitives, with inner jaxprs expanded in place; single primitives with their constant."""
     for equation in jaxpr.eqns:
         inner = body(equation.params)
         if inner is not None:
@@ -211,7 +211,7 @@ def gather(tape: Tape, array: Symbolic, places: Any, parameters: dict[str, Any])
 
 
 def slice_at(tape: Tape, array: Symbolic, firsts: list[Array], sizes: list[int]) -> Symbolic:
-    """A part of an array; along axes where it is not known where it starts, a choice among all parts."""
+    """A part of an array; along axes with unknown start, a selection among all parts."""
     for axis, (first, size) in enumerate(zip(firsts, sizes)):
         rows, last = np.moveaxis(array.ids, axis, 0), array.shape[axis] - size
         cases = [Symbolic(np.moveaxis(rows[place : place + size], 0, axis), array.kind) for place in range(last + 1)]
@@ -322,7 +322,7 @@ def while_(tape: Tape, values: list[Array], parameters: dict[str, Any]) -> list[
 
 
 def cond(tape: Tape, values: list[Array], parameters: dict[str, Any]) -> list[Array]:
-    """One branch where it is known which; else all of them, of which one result is taken."""
+    """The known branch, or if it is unknown, all branches and a selection among their results."""
     which, arguments, branches = values[0], values[1:], parameters["branches"]
     if not isinstance(which, Symbolic):
         place = min(max(int(np.asarray(which)), 0), len(branches) - 1)

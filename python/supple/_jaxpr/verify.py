@@ -1,4 +1,4 @@
-"""Tapes against the functions that they were made from."""
+"""Comparison of tapes with the functions that they were made from."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def check_derivatives(
     """
     found, expected = jacobians(tape, at), jacobian(at)
     sizes = np.where(np.isfinite(expected), np.abs(expected), 0.0)
-    # Outputs that do not move are compared with those that do.
+    # Outputs that hardly depend on the inputs are scaled by those that do.
     scale = np.maximum(sizes.max(axis=(0, 2), initial=1e-300), 1e-3 * sizes.max(initial=0.0))
     with np.errstate(invalid="ignore"):
         off = np.abs(found - expected) > DERIVATIVE_TOLERANCE * scale[None, :, None]
@@ -77,7 +77,7 @@ def check_derivatives(
 
 
 def jacobians(tape: dict[str, Any], at: Numbers) -> Numbers:
-    """The derivatives of a tape's outputs by its inputs but for the time step, forwards: points x outputs x inputs."""
+    """Derivatives of a tape's outputs by all inputs but the time step, in forward mode: points x outputs x inputs."""
     count, inputs = at.shape
     values: list[Any] = [at[:, i] for i in range(inputs)]
     rates: list[Any] = [np.zeros((count, inputs)) for _ in range(inputs)]

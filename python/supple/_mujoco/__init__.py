@@ -1,1 +1,1 @@
-"""Models of MuJoCo's as the engine wants them."""
+"""Adapters from MuJoCo models to the engine."""

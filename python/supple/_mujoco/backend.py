@@ -1,4 +1,4 @@
-"""What the engine asks of a model, from MuJoCo's functions and their differences."""
+"""The engine's model interface, implemented with MuJoCo's functions and finite differences."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ class MujocoBackend:
         self._lock = threading.Lock()
 
     def scaled(self, factor: float) -> MujocoBackend:
-        """The same with all steps times a factor."""
+        """The same backend with all finite-difference steps scaled by a factor."""
         simulator = self.simulator.scaled(factor)
         cost, final = self.cost.scaled(factor, simulator), self.final.scaled(factor, simulator)
         return MujocoBackend(simulator, self.outputs, cost, final, factor * self._steps, factor * self._curvature_eps)
 
     def source(self) -> str:
-        """What the model is, as a text: journals of sweeps know by it whether they belong to a task."""
+        """What the model is, as a text: journals of sweeps use it to recognise their task."""
         measured = (self.outputs.sources.tolist(), self.outputs.sensed.tolist())
         steps = (self._steps.tolist(), self._curvature_eps)
         parts = (
@@ -90,13 +90,13 @@ class MujocoBackend:
         derivatives = []
         for k, h in enumerate(np.where(self._steps < 0.0, -self._steps * np.abs(phi), self._steps)):
             values = [np.asarray(function(phi + multiple * h * np.eye(len(phi))[k])) for multiple, _ in FIRST]
-            # Pairs first: what is the same on both sides cancels without a trace.
+            # Differences of pairs first: what is equal on both sides then cancels exactly.
             (_, inner), (_, outer) = FIRST[2:]
             derivatives.append((inner * (values[2] - values[1]) + outer * (values[3] - values[0])) / h)
         return derivatives
 
     def _sums(self, function: Callable[[Array], Array], phi: Array) -> Array:
-        """The same of a sum over all entries: (P,)."""
+        """The same for the sum over all entries: (P,)."""
         return np.array([float(np.sum(one)) for one in self._by_parameters(function, phi)])
 
     # Values.

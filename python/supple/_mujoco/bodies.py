@@ -21,7 +21,7 @@ _JOINT_EQUALITY, _JOINT_DRIVE = int(mujoco.mjtEq.mjEQ_JOINT), int(mujoco.mjtTrn.
 
 
 class Bodies:
-    """Links and joints of a robot file: all links as bodies with names, without limits, contacts and what is only seen.
+    """Links and joints of a robot file: all links as bodies with names, without limits, contacts and visuals.
 
     All numbers are MuJoCo's own, in rad and m, and poses are those of bodies in their parents.
 
@@ -59,7 +59,7 @@ def bodies(
             included = {path.removeprefix(folder): other.encode() for path, other in texts.items() if path != file}
             spec = mujoco.MjSpec.from_string(text, include=included)
             spec.modelfiledir = folder
-        # Links without inertia stay bodies of their own, with next to none.
+        # Links without inertia remain separate bodies with almost no inertia.
         spec.compiler.fusestatic = False
         spec.compiler.boundmass, spec.compiler.boundinertia = LITTLE
         for index, body in enumerate(spec.bodies):
@@ -92,7 +92,7 @@ def _settle(spec: mujoco.MjSpec) -> None:
 
 
 def _balanced(spec: mujoco.MjSpec) -> Iterator[tuple[str, Array]]:
-    """Puts the mean in the place of moments that MuJoCo refuses, and gives the moments."""
+    """Replaces moments of inertia that MuJoCo rejects by their mean, and yields the original ones."""
     for body in spec.bodies[1:]:
         full = np.array(body.fullinertia)
         if np.isnan(full).any():
@@ -198,7 +198,7 @@ def _start(mj: mujoco.MjModel, joint: int) -> float:
 
 
 def _place(mj: mujoco.MjModel, joint: int, at: float | None) -> float:
-    """Where a joint is locked: 0, or the middle of its range where the range has no 0."""
+    """Where a joint is locked: 0, or the middle of its range if that excludes 0."""
     if at is not None:
         return at
     lower, upper = mj.jnt_range[joint] if mj.jnt_limited[joint] else (-np.inf, np.inf)
@@ -211,7 +211,7 @@ def _place(mj: mujoco.MjModel, joint: int, at: float | None) -> float:
 def _body(
     mj: mujoco.MjModel, parent: mujoco.MjsBody, index: int, held: Mapping[int, float], mount: int | None
 ) -> mujoco.MjsBody:
-    """A body; the motion of joints that are held is in its pose, and in the places of the joints before them. With a mount, its
+    """A body; displacements of locked joints are in its pose and in the positions of preceding joints. With a mount, its
     pose is that in the mount."""
     joints = range(mj.body_jntadr[index], mj.body_jntadr[index] + mj.body_jntnum[index])
     if any(int(mj.jnt_type[joint]) not in (_HINGE, _SLIDE) for joint in joints):

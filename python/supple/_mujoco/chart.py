@@ -98,7 +98,7 @@ def _logarithm(quaternion: Array) -> Array:
 
 
 def _nearest(turn: Array, near: Array) -> Array:
-    """Of the two turns (B, 3) of less than a whole turn that end alike, the one closer to ``near``."""
+    """Of the two rotation vectors (B, 3) shorter than a full turn with the same result, the one closer to ``near``."""
     angle = np.linalg.norm(turn, axis=1, keepdims=True)
     safe = np.where(angle > 0.0, angle, 1.0)
     other = np.where(angle > 0.0, turn * (1.0 - 2.0 * np.pi / safe), turn)

@@ -120,7 +120,7 @@ class Quadratic:
 
 
 class _Weighted:
-    """Weights and targets (r,) of numbers, either of which may be a parameter; 0 where none is set."""
+    """Weights and targets (r,), numbers or parameters; 0 where none is set."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -157,7 +157,7 @@ class _Weighted:
 
 
 def _number(name: str, value: Any, parameters: Sequence[str]) -> Weight:
-    """A finite number; that of a parameter as ``#`` and its index."""
+    """A finite number; a parameter becomes ``#`` and its index."""
     if isinstance(value, str):
         return f"#{names.find('parameter, as the cost wants,', value, parameters)}"
     try:

@@ -1,4 +1,4 @@
-"""Parameters of a MuJoCo model: which of its numbers they set."""
+"""Parameters of a MuJoCo model: the numbers in the model that they set."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ def _unit(model: mujoco.MjModel, field: Field) -> str:
 
 
 def _needs_constants(targets: Iterable[Target]) -> bool:
-    """Whether ``mj_setConst`` has to follow changes of these."""
+    """Whether changes of these fields require ``mj_setConst``."""
     return any(target.field not in _FREE and not target.field.startswith("opt.") for target in targets)
 
 

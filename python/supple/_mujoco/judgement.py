@@ -94,7 +94,7 @@ class Moves:
         return np.asarray(ends)
 
     def _size(self, errors: Array) -> float:
-        """By how much errors of single steps at the points make innovations larger than the filter expects, in the mean over
+        """How much single-step errors at the points enlarge innovations beyond what the filter expects, as a mean over
         the plan: of the normalised innovation squared (I.12), in the linear system."""
         if not np.isfinite(errors).all():
             return float("inf")
@@ -112,13 +112,13 @@ class Moves:
         return total / steps
 
     def cause(self, excess: float) -> str:
-        """Which of what may differ does, by most, and what to do; ``excess`` is by how much innovations in closed loop are
+        """The largest cause of the differences, and what to do; ``excess`` is how much innovations in closed loop are
         larger than the filter expects."""
         states, controls = sampled(self.plan)
         at = states[self.points], controls[self.points]
         by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
         varied = coarse - self._by_supple(None, at) if self.asked else np.zeros_like(coarse)
-        # Twice as many sub-steps until they change nothing more, or MuJoCo's motion is that of them.
+        # Double the sub-steps until they have no further effect, or until they reproduce MuJoCo's motion.
         counts = [self.substeps]
         while 2 * counts[-1] <= min(MOST * self.substeps, MOST_SUBSTEPS):
             counts.append(2 * counts[-1])
@@ -143,7 +143,7 @@ class Moves:
                 "small differences"
             )
         if most == "varied":
-            return f"the robot differs from supple's model as was asked for ({self.asked}), which changes steps most"
+            return f"the robot differs from supple's model as requested ({self.asked}), which changes steps most"
         if most == "coarse":
             moved = "moves as MuJoCo does" if is_enough else "comes nearer to MuJoCo's motion"
             shown = f"with {fine} sub-steps supple {moved}, with {self.substeps} it does not"
@@ -158,15 +158,15 @@ class Moves:
                 "contact = same, and try a smaller `slip` and `smoothing`"
             )
         return (
-            f"MuJoCo moves the robot otherwise than supple does also with {fine} sub-steps: look at the robot's file for what "
-            "one of both ignores (`supple robot FILE` lists what supple does)"
+            f"MuJoCo moves the robot differently from supple even with {fine} sub-steps: check the robot file for "
+            "elements that one of them ignores (`supple robot FILE` lists those that supple ignores)"
         )
 
 
 def conclude(
     predicted: tuple[float, float], own: SampledLoop, plant: SampledLoop, furthest: str, moves: Moves
 ) -> Conclusion:
-    """What was found, and where it is not as predicted, why.
+    """The findings and, if they differ from the prediction, their cause.
 
     Args:
         predicted: Cost and bits.
@@ -183,13 +183,13 @@ def conclude(
     if plant.consistency is not None and plant.consistency.mean > DOUBTFUL:
         many = plant.consistency.mean
         broken = broken or many > BROKEN
-        doubts.append(f"the filter's consistency on MuJoCo is {many:.3g} where 1 is right")
+        doubts.append(f"the filter's consistency on MuJoCo is {many:.3g} instead of 1")
     if plant.realised_bits is not None and plant.realised_bits > MORE_BITS * max(bits, 1.0):
-        doubts.append(f"MuJoCo's roll-outs measure {plant.realised_bits:.4g} bits where {bits:.4g} are predicted")
+        doubts.append(f"MuJoCo's roll-outs measure {plant.realised_bits:.4g} bits instead of the predicted {bits:.4g}")
     dearer = plant.cost_mean - cost
     if np.isfinite(dearer) and dearer > DEARER * abs(cost) and plant.cost_interval_95[0] > cost:
         broken = broken or dearer > MUCH_DEARER * abs(cost)
-        doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} where {cost:.4g} is predicted")
+        doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} instead of the predicted {cost:.4g}")
     if plant.ends_well < (1.0 - FEWER_END_WELL) * own.ends_well:
         doubts.append(
             f"only {plant.ends_well:.0%} of the roll-outs on MuJoCo end where the plan does (furthest: `{furthest}`)"

@@ -1,4 +1,4 @@
-"""The forces of compliance in NumPy, written from docs/theory/robot.md, apart from supple's own code.
+"""The forces of compliance in NumPy, implemented from docs/theory/robot.md, independently of supple's own code.
 
 Leading axes are samples: a position is (..., 3), a turn (..., 3, 3), a number (...).
 """
@@ -35,7 +35,7 @@ def turned_back(R: Array, v: Array) -> Array:
 
 
 def half_way(R: Array) -> Array:
-    """The turn by half of ``R``, which is less than half a turn: the rotation next to ``I + R``, from its quaternion."""
+    """The rotation by half the angle of ``R`` (below pi): the rotation closest to ``I + R``, from its quaternion."""
     w = 0.5 * np.sqrt(np.maximum(1.0 + np.trace(R, axis1=-2, axis2=-1), 1e-12))
     vee = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1)
     v = vee / (4.0 * w)[..., None]
@@ -75,7 +75,7 @@ class Bushing:
 
         pitch = np.arctan2(-R[..., 2, 0], np.hypot(R[..., 0, 0], R[..., 1, 0]))
         roll, yaw = np.arctan2(R[..., 2, 1], R[..., 2, 2]), np.arctan2(R[..., 1, 0], R[..., 0, 0])
-        # How roll, pitch and yaw turn C: the columns are the axes that they turn about. Its inverse is N.
+        # The columns are the axes of rates of roll, pitch and yaw of C. Its inverse is N.
         axes = np.zeros(R.shape)
         axes[..., 0, 0], axes[..., 1, 0] = np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch)
         axes[..., 2, 0], axes[..., 0, 1], axes[..., 1, 1], axes[..., 2, 2] = (

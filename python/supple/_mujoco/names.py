@@ -52,7 +52,7 @@ def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
 
 
 def unknown(what: str, name: str, valid: Sequence[str]) -> UsageError:
-    """The error of a name that is not there."""
+    """The error for an unknown name."""
     near = get_close_matches(name, valid, n=1)
     hint = f"; did you mean `{near[0]}`?" if near else ""
     listed = ", ".join(valid[:20]) + (", ..." if len(valid) > 20 else "")

@@ -33,7 +33,7 @@ class Plant:
     def __init__(self, robot: Robot, copies: int, time_step: float, substeps: int) -> None:
         self.robot, self.copies, self._time_step = robot, copies, time_step
         every = mujoco.MjSpec()
-        # In the copies the masses are as they are: bounds of the robot's file are applied before.
+        # Keep the masses unchanged: the bounds in the robot file have been applied already.
         single = compiled(robot.spec.copy())
         every.option.gravity = robot.spec.option.gravity
         every.option.cone = robot.spec.option.cone
@@ -56,7 +56,7 @@ class Plant:
         self._views(single)
 
     def _views(self, single: mujoco.MjModel) -> None:
-        """Arrays of MuJoCo's by copy, and where in them what is."""
+        """Views of MuJoCo's arrays by copy, and the indices of their contents."""
         robot, data, R = self.robot, self.data, self.copies
         self._qpos, self._qvel = data.qpos.reshape(R, -1), data.qvel.reshape(R, -1)
         self._ctrl = data.ctrl.reshape(R, -1)
@@ -84,7 +84,7 @@ class Plant:
 
     @property
     def substeps(self) -> int:
-        """Steps of MuJoCo's in each of supple's."""
+        """MuJoCo steps per step of supple."""
         return self._substeps
 
     @substeps.setter
@@ -140,11 +140,11 @@ class Plant:
             self._mocap[:, wall] = contact.point + (self._c[:, place] + back)[:, None] * contact.normal
 
     def _warm(self) -> None:
-        # What a step finds depends on state and controls alone.
+        # The step must depend on state and controls only.
         self.data.qacc_warmstart[:] = 0.0
 
     def _slide(self) -> None:
-        """Friction in joints (R.8) as damping at the rates that are now."""
+        """Friction in joints (R.8), as damping at the current rates."""
         if self._sliding:
             speed = np.sqrt(self._qvel[:, self._sliding] ** 2 + self.robot.smoothing**2)
             self._damping[:, self._sliding] = self._plain_damping[self._sliding] + self._friction / speed
@@ -155,7 +155,7 @@ class Plant:
         return np.hstack([self._qpos[:, moving], self._qvel[:, moving], self._c])
 
     def apply(self) -> None:
-        """Puts the forces of bushings and of supple's law of contact on the bodies, where they are now."""
+        """Applies the forces of bushings and of supple's contact law to the bodies at their current places."""
         self._loads[:] = 0.0
         for bushing in self.robot.bushings.values():
             (a, pa, Ra), (b, pb, Rb) = self.frame(bushing.frame_a), self.frame(bushing.frame_c)
@@ -163,7 +163,7 @@ class Plant:
             rate = vb - va - np.cross(wa, pb - pa)
             p, omega = turned_back(Ra, pb - pa), turned_back(Ra, wb - wa)
             torque, force = bushing.loads(p, np.swapaxes(Ra, -1, -2) @ Rb, turned_back(Ra, rate), omega)
-            # The force acts on both at the same point, half-way.
+            # The force acts on both at the same point, half-way between the frames.
             middle, force, torque = 0.5 * (pa + pb), turned(Ra, force), turned(Ra, torque)
             self._load(b, middle, force, torque)
             self._load(a, middle, -force, -torque)

@@ -1,4 +1,4 @@
-"""What users give, checked and read."""
+"""Validation and parsing of user input."""
 
 from __future__ import annotations
 
@@ -74,14 +74,14 @@ def ranges(model: mujoco.MjModel, places: Array | Any) -> list[tuple[float, floa
 
 
 def move(parameter: Parameter) -> float:
-    """Step size of a parameter for finite differences: a thousandth of what it may move by, or, as a negative number, relative
+    """Step size of a parameter for finite differences: a thousandth of its range, or, as a negative number, relative
     to its value."""
     span = float(parameter.bounds[1]) - float(parameter.bounds[0])
     return -1e-3 if parameter.scale == "log" else 1e-3 * span
 
 
 def changed(what: str, values: list[Number], valid: list[str], changes: Mapping[str, Number]) -> list[Number]:
-    """Values with those that names or patterns fit changed; longer patterns and whole names count before shorter ones."""
+    """Values with those changed that match names or patterns; full names and longer patterns take precedence."""
     out = list(values)
     for pattern in sorted(changes, key=lambda pattern: (pattern in valid, len(pattern))):
         for i in names.select(f"name, as {what} wants,", pattern, valid):

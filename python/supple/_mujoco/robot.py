@@ -1,4 +1,4 @@
-"""The robot of a task file a second time, as a model of MuJoCo's."""
+"""A second model of a task file's robot, in MuJoCo."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ class Robot:
             self.inertias[body.name] = self.inertias[body.name] * factor
 
     def _take_friction(self) -> dict[str, float]:
-        """Friction of joints by name: that of supple is smooth, MuJoCo's is dry."""
+        """Friction of joints by name: supple's is smoothed, MuJoCo's is dry friction."""
         found = {joint.name: float(joint.frictionloss) for joint in self.spec.joints if joint.frictionloss}
         for joint in self.spec.joints:
             joint.frictionloss = 0.0
@@ -193,7 +193,7 @@ class Robot:
     # Coordinates.
 
     def _coordinates(self, states: Sequence[str]) -> None:
-        """Which positions are supple's, and how the file's others follow them: ``qpos = G q + offset``."""
+        """Which positions are states of supple, and how the others depend on them: ``qpos = G q + offset``."""
         mj = compiled(self.spec.copy())
         if mj.nq != mj.njnt or mj.nv != mj.njnt:
             raise UsageError("a joint of the robot has more than one position: MuJoCo's twin has hinges and slides")
@@ -207,7 +207,7 @@ class Robot:
         self.G, self.offset = np.zeros((len(names), len(self.joints))), np.zeros(len(names))
         for column, name in enumerate(self.joints):
             self.G[self.row[name], column] = 1.0
-        # As often as followers may follow one another.
+        # Repeated, as followers may follow other followers.
         for equality in [*self.spec.equalities] * len(self.spec.equalities):
             data = np.asarray(equality.data[:5])
             here, there = self.row[equality.name1], self.row[equality.name2]
@@ -216,7 +216,7 @@ class Robot:
             self.G[here] = data[1] * self.G[there]
             rest = mj.qpos0[here] + data[0] - data[1] * mj.qpos0[there]
             self.offset[here] = rest + data[1] * self.offset[there]
-            # As hard as it can be: what follows in supple follows exactly.
+            # As stiff as possible: in supple, followers follow exactly.
             equality.solimp, equality.solref = [0.9999, 0.9999, 1e-3, 0.5, 2.0], [1e-9, 1.0]
         free = [name for name, row in self.row.items() if not self.G[row].any()]
         if free:
@@ -289,7 +289,7 @@ class Robot:
         return {key: float(numbers(entry, self._values)) for key, entry in table.items()}
 
     def _add_wall(self, name: str, force: float, mj: mujoco.MjModel) -> None:
-        """A sphere on the frame of a contact and a plane that can be moved, which collide with one another alone.
+        """A sphere on the frame of a contact and a plane that can be moved, which collide only with each other.
 
         The static stiffness is that of the law. MuJoCo's force at rest is ``-solref[0] r / ((1 - d) A)`` at the depth ``r``,
         with its impedance ``d`` and the inverse inertia ``A`` of the body.

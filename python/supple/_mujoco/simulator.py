@@ -36,8 +36,8 @@ _MODELS = 64
 
 
 class _Quiet:
-    """While any of it is entered MuJoCo's warnings go nowhere: a plan that is tried and diverges is no news, and would be
-    written to a log file in the user's folder each time."""
+    """While any instance is active, MuJoCo's warnings are discarded: trial plans often diverge, and each warning would be
+    appended to a log file in the user's folder."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -62,7 +62,7 @@ QUIET = _Quiet()
 
 
 class _Worker:
-    """What one thread at a time works with: data of MuJoCo's, and a pool of MuJoCo's own threads."""
+    """The workspace of one thread at a time: MuJoCo data, and a pool of MuJoCo's own threads."""
 
     def __init__(self, model: mujoco.MjModel, threads: int) -> None:
         self.data = [mujoco.MjData(model) for _ in range(threads)]
@@ -74,7 +74,7 @@ class Simulator:
     """A MuJoCo model with chosen controls and parameters.
 
     Its own copy of the model differs from the one given in this: the solver of constraints runs until it has converged to
-    ``tolerance``; controls are not cut off at their range, which plans keep instead; states that diverge are not reset.
+    ``tolerance``; controls are not clamped to their range, as plans already respect it; states that diverge are not reset.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class Simulator:
         self._transition = int(base.opt.integrator) != int(mujoco.mjtIntegrator.mjINT_RK4)
 
     def scaled(self, factor: float) -> Simulator:
-        """The same with the step of differences times a factor."""
+        """The same simulator with its finite-difference step scaled by a factor."""
         other = copy.copy(self)
         other._eps = factor * self._eps
         return other
@@ -126,7 +126,7 @@ class Simulator:
         self._prepare()
 
     def source(self) -> str:
-        """What the model is, as a text: a fingerprint of MuJoCo's own bytes of it, and all that was chosen."""
+        """A text that identifies the model: a fingerprint of MuJoCo's binary form of it, and all choices made."""
         buffer = np.zeros(mujoco.mj_sizeModel(self._base), dtype=np.uint8)
         mujoco.mj_saveModel(self._base, None, buffer)
         chosen = (self._controls.tolist(), self.targets, self._held.tolist(), self.reference.tolist())
@@ -205,7 +205,7 @@ class Simulator:
         return out
 
     def dynamics_jacobians(self, x: Array, u: Array, phi: Array) -> Array:
-        """``[f_x f_u]``: (B, n, n+m), by ``mjd_transitionFD``; by steps where the integrator has none."""
+        """``[f_x f_u]``: (B, n, n+m), by ``mjd_transitionFD``; by differences of steps for integrators without it."""
         if self._transition:
             return self._transitions(x, u, phi)
         return self.dynamics_by_steps(x, u, phi, self._eps)
@@ -283,7 +283,7 @@ class Simulator:
                 matrix += (matrix - wide) / 3.0
 
     def _to_coordinates(self, out: Array, x: Array, end: Array | None) -> Array:
-        """From turns in the body's axes, where they are, to coordinates."""
+        """Converts derivatives from rotations in the body's axes, as MuJoCo has them, to coordinates."""
         columns = self.chart.to_tangent(x[:, : self.nv])
         if columns is None:
             return out
@@ -295,14 +295,14 @@ class Simulator:
         return out
 
     def _place(self, model: mujoco.MjModel, data: mujoco.MjData, physics: Array, u: Array) -> None:
-        """Sets data to a state as a fresh step finds it."""
+        """Sets data to a state without leftovers of earlier steps."""
         mujoco.mj_setState(model, data, physics, _FULL)
         data.qacc_warmstart[:] = 0.0
         data.ctrl[:] = self._held
         data.ctrl[self._controls] = u
 
     def _each(self, one: Callable[[mujoco.MjData, int], None], count: int) -> None:
-        """Calls ``one`` for every point, on several threads where that pays; MuJoCo lets the interpreter go meanwhile."""
+        """Calls ``one`` for every point, on several threads if worthwhile; MuJoCo releases the GIL meanwhile."""
 
         def work(worker: _Worker) -> None:
             share = len(worker.data) if count >= 8 * len(worker.data) else 1

@@ -236,7 +236,7 @@ class _Values(Mapping[str, float]):
 def _trial(
     truth: NativeTask, name: str, plan: Linearisation, own_contacts: bool, factors: Mapping[str, float]
 ) -> tuple[Robot, Array, Plant, bool]:
-    """The robot on MuJoCo, points of the plan, copies at these points, and whether their steps are short enough there."""
+    """The robot on MuJoCo, points of the plan, copies for these points, and whether their steps are short enough."""
     model = json.loads(truth.tables())["model"]
     sources = truth.sources()
     folder = Path(sources[0][0]).parent
@@ -256,9 +256,9 @@ def _trial(
 
 
 def settle(plant: Plant, states: Array, controls: Array) -> bool:
-    """Gives a plant as many steps as it takes for velocities to change no more than :data:`CONVERGED` where they are
-    halved, by the root of the mean square over points, relative to what a step of the task does to them; at most
-    :data:`MOST`, and false where these are too few."""
+    """Increases a plant's steps until halving them changes velocities by no more than :data:`CONVERGED`,
+    as root mean square over points, relative to their change in a step of the task; at most
+    :data:`MOST`, and returns false if these are too few."""
     count = (states.shape[1] - plant.constants) // 2
     rates = slice(count, 2 * count)
     plant.substeps = FEWEST

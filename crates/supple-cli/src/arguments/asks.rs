@@ -4,7 +4,7 @@ use supple_study::study::Work;
 use super::{Output, TaskArguments};
 use crate::failure::Failure;
 
-/// The arguments of a command that does a study.
+/// Arguments of a command that runs a study.
 pub trait Asks {
     /// The task.
     fn task(&self) -> &TaskArguments;
@@ -12,10 +12,10 @@ pub trait Asks {
     /// Where the result goes.
     fn output(&self) -> &Output;
 
-    /// What to do to the task.
+    /// The work to do on the task.
     fn work(&self, task: &LoadedTask) -> Result<Work, Failure>;
 
-    /// How many threads work, where that is not left to the program.
+    /// Number of threads; `None` lets the program choose.
     fn jobs(&self) -> Option<usize> {
         None
     }

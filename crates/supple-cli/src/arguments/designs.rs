@@ -26,7 +26,7 @@ pub struct DesignOptions {
     /// Seed of all random numbers
     #[arg(long, value_name = "S", value_parser = seed)]
     pub seed: Option<u64>,
-    /// Closed-loop roll-outs at the first and at the best design; 0 for none [default: the value in the task file, or
+    /// Closed-loop roll-outs at the start and at the optimum; 0 for none [default: the value in the task file, or
     /// 256, or fewer with more than 32 states]
     #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
     pub rollouts: Option<usize>,

@@ -35,16 +35,16 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Those of the process; an error or a page of help ends it.
+    /// Parses the process's arguments; on an error or a request for help, exits.
     pub fn of_process() -> Self {
         let mut matches = command_line().get_matches();
         Self::from_arg_matches_mut(&mut matches).unwrap_or_else(|error| error.format(&mut command_line()).exit())
     }
 
-    /// Those of a step of a study file, after the name of the program.
+    /// Parses the arguments of a step of a study file, which follow the program's name.
     ///
     /// # Errors
-    /// Where they are not those of a command.
+    /// If they are not valid arguments of a command.
     pub fn of_words(words: impl Iterator<Item = String>) -> Result<Self, clap::Error> {
         let mut matches = command_line().try_get_matches_from(words)?;
         Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command_line()))
@@ -138,7 +138,7 @@ pub enum Command {
     },
 }
 
-/// The commands that do a study of a task.
+/// Commands that run a study of a task.
 #[derive(Debug, Subcommand)]
 pub enum StudyCommand {
     /// Find the parameters with the least information that stay within every cost limit
@@ -168,7 +168,7 @@ pub enum StudyCommand {
 }
 
 impl StudyCommand {
-    /// What is asked for.
+    /// The arguments of the command.
     pub fn asks(&self) -> &dyn Asks {
         match self {
             Self::Design(options) => options,
@@ -183,7 +183,7 @@ impl StudyCommand {
     }
 }
 
-/// Reads a whole number between two others. The greatest keep what is asked for within memory.
+/// Parses a whole number within a range; the upper limit keeps memory use within bounds.
 fn count(least: usize, most: usize) -> impl TypedValueParser<Value = usize> {
     move |text: &str| {
         let number = text.parse().ok().filter(|number| (least..=most).contains(number));
@@ -191,12 +191,12 @@ fn count(least: usize, most: usize) -> impl TypedValueParser<Value = usize> {
     }
 }
 
-/// Reads a seed.
+/// Parses a seed.
 fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("must be a whole number from 0 to {}; found {text}", u64::MAX))
 }
 
-/// The command line. Negative numbers are values of options, which say what is valid, and no options themselves.
+/// The command line. Negative numbers are parsed as values; each option validates its own.
 fn command_line() -> clap::Command {
     with_negative_numbers(Arguments::command())
 }
@@ -207,7 +207,7 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command.mut_subcommands(with_negative_numbers)
 }
 
-/// A task file, and values to set in it.
+/// A task file, and parameters to set in it.
 #[derive(Args, Debug)]
 pub struct TaskArguments {
     /// Task file
@@ -221,14 +221,14 @@ pub struct TaskArguments {
 }
 
 impl TaskArguments {
-    /// The task, and its parameters as set; warnings go to standard error.
+    /// Loads the task with its parameters set; prints warnings on standard error.
     pub fn load(&self) -> Result<LoadedTask, Failure> {
         let loaded = self.read()?;
         self.warn(&loaded);
         Ok(loaded)
     }
 
-    /// The task, and its parameters as set.
+    /// Loads the task with its parameters set.
     pub fn read(&self) -> Result<LoadedTask, Failure> {
         let mut loaded = LoadedTask::load(&self.task, &[])?;
         set(&mut loaded, &self.set)?;

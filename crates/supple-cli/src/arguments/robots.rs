@@ -12,7 +12,7 @@ pub enum RobotFormat {
     Mjcf,
 }
 
-/// What the dynamics of `supple robot` are.
+/// Help text on the dynamics printed by `supple robot`.
 const DYNAMICS: &str = "\
 Dynamics, in SI units and radians:
   {\"joints\": [..], \"mass_matrix\": [[..]], \"bias\": [..], \"acceleration\": [..],
@@ -73,7 +73,7 @@ pub enum ModelKind {
     Robot,
 }
 
-/// What `--set` of `supple new` may name.
+/// Help text on the numbers that `supple new --set` accepts.
 const NEW_NUMBERS: &str = "\
 Numbers of templates for --set, in SI units: force (N), travel, clearance, tolerance, wall_sd, smoothing and tip_sd (m), \
 time (s), mass (kg), stiffness (N/m) and tolerable deflection (m) of the mount, force_sd (N), bandwidth of the joints (Hz), \

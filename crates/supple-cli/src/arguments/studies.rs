@@ -1,4 +1,4 @@
-//! Arguments of studies and of what shows them.
+//! Arguments of studies and of commands that show results.
 
 use std::path::PathBuf;
 
@@ -332,7 +332,7 @@ pub enum AtArgument {
     Optimum,
 }
 
-/// Reads a port.
+/// Parses a port.
 fn port(text: &str) -> Result<u16, String> {
     let number = text.parse().ok().filter(|&port| port > 0);
     number.ok_or_else(|| format!("must be a port from 1 to {}; found {text}", u16::MAX))

@@ -1,4 +1,4 @@
-//! Studies that commands ask for: done, kept and shown.
+//! Runs, stores and prints the studies that commands request.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ use crate::pages::stopped;
 use crate::present::print;
 use crate::progress::watched;
 
-/// Does what a command asks for.
+/// Runs the study that a command requests.
 pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
     let task = asks.task().load()?;
     let work = asks.work(&task)?;
     make(&task, work, asks.output(), asks.jobs())
 }
 
-/// Does work on a task, keeps the result where a folder is given, and prints it.
+/// Does work on a task, stores the result if a folder is given, and prints it.
 pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>) -> Result<Outcome, Failure> {
     let folder = output.out.as_deref();
     folder.map_or(Ok(()), |folder| Folder::check_for(folder, &work))?;
@@ -45,7 +45,7 @@ pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>)
     Ok(outcome.and(print(&result, &made.about, folder, output.json)?))
 }
 
-/// What a study found; none where it was stopped before there was a result, but its journal keeps parts to resume from.
+/// The result of a study; `None` if it was stopped before there was a result. Its journal may still keep finished parts.
 fn found_or_kept(
     found: Result<StudyResult, StudyError>,
     folder: Option<&Path>,
@@ -69,7 +69,7 @@ fn found_or_kept(
     }
 }
 
-/// Says how far a sweep is that was interrupted, and prints its rows where lines of JSON are asked for.
+/// Reports how far an interrupted sweep got, and prints its rows if JSON lines were requested.
 fn interrupted(sweep: &Sweep, output: &Output) -> Result<Outcome, Failure> {
     if output.json {
         print_text(&sweep.table.to_jsonl())?;

@@ -29,7 +29,7 @@ pub fn explore(options: &ExploreOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// A task file, which is watched; or that of a stored result, at its design.
+/// Loads a task file, which is then watched for changes; or the task of a stored result, at its design.
 fn load(options: &ExploreOptions) -> Result<(LoadedTask, Option<PathBuf>), Failure> {
     let path = &options.task;
     if !path.is_dir() {

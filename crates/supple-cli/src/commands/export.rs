@@ -43,7 +43,7 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
     }
     if exported.is_broken {
         warn(&format!(
-            "roll-outs contradict the plan of task `{}`: its controller does not do what was predicted",
+            "roll-outs contradict the plan of task `{}`: its controller does not perform as predicted",
             exported.task.name
         ));
         outcome = Outcome::Shortfall;
@@ -51,7 +51,7 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// What the controller costs in closed loop with the model.
+/// Runs the controller in closed loop with the model and prints its cost.
 fn roll_out(exported: &ExportedController, rollouts: Rollouts) -> Result<Outcome, Failure> {
     let found = exported.monte_carlo(rollouts)?;
     let expected = number(exported.expected_cost);

@@ -19,7 +19,7 @@ use ask::Asked;
 
 const TWO_MASS: &str = include_str!("../../templates/new.toml");
 const LINEAR: &str = include_str!("../../templates/linear.toml");
-/// The arm of `--model robot`.
+/// Robot file for `--model robot`.
 const ARM: &str = include_str!("../../templates/arm.urdf");
 
 /// `supple new NAME`

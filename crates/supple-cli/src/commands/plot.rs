@@ -9,10 +9,10 @@ use crate::arguments::{FigureArgument, Format, PlotOptions, Width};
 use crate::failure::Failure;
 use crate::output::{print_text, warn_changed};
 
-/// Whether this program can draw figures.
+/// Checks that this program can draw figures.
 ///
 /// # Errors
-/// None, as it was built with them.
+/// None: this build includes figures.
 pub fn check_figures() -> Result<(), Failure> {
     Ok(())
 }

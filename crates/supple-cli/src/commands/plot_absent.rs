@@ -4,10 +4,10 @@ use crate::Outcome;
 use crate::arguments::PlotOptions;
 use crate::failure::Failure;
 
-/// Whether this program can draw figures.
+/// Checks that this program can draw figures.
 ///
 /// # Errors
-/// Always: with what to do about it.
+/// Always; the message says how to build with figures.
 pub fn check_figures() -> Result<(), Failure> {
     Err(Failure::usage(
         "this program was built without figures; build it with them by `cargo install --path crates/supple-cli \

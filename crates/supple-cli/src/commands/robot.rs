@@ -1,4 +1,4 @@
-//! `supple robot`: what a robot file says, and the dynamics of its rigid bodies.
+//! `supple robot`: the contents of a robot file, and its rigid-body dynamics.
 
 mod page;
 mod planning;
@@ -21,7 +21,7 @@ use crate::arguments::{RobotFormat, RobotOptions};
 use crate::failure::Failure;
 use crate::output::{print_text, warn};
 
-/// Gravity where nothing else is asked for, m/s^2.
+/// Default gravity, m/s^2.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// Velocity over which friction is smoothed, rad/s or m/s: the default of robots in task files.
 pub const SMOOTHING: f64 = 1e-2;
@@ -67,7 +67,7 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
 /// Writes the robot in another format.
 ///
 /// # Errors
-/// Where gravity is wrong, or the file cannot be written.
+/// If gravity is invalid, or the file cannot be written.
 fn write(mut robot: Robot, options: &RobotOptions) -> Result<Outcome, Failure> {
     robot.gravity = options.gravity.as_deref().map(three).transpose()?.or(robot.gravity);
     let written = mjcf(&robot);
@@ -83,10 +83,10 @@ fn write(mut robot: Robot, options: &RobotOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// The numbers of a list; what is left out at its end is 0.
+/// Parses a list of one number per joint; numbers omitted at the end are 0.
 ///
 /// # Errors
-/// Where there are more than joints, or something is no finite number.
+/// If there are more numbers than joints, or one is not finite.
 fn by_joint(option: &str, list: &str, joints: &[String]) -> Result<Vec<f64>, Failure> {
     let order = || match joints.len() {
         0 => "no joint moves".to_owned(),
@@ -110,7 +110,7 @@ fn three(list: &str) -> Result<[f64; 3], Failure> {
     numbers.try_into().map_err(|_| wrong(format!("there are {count} numbers, not 3")))
 }
 
-/// Finite numbers between commas; none in an empty list.
+/// Parses finite numbers separated by commas; an empty list gives none.
 fn numbers(list: &str) -> Result<Vec<f64>, String> {
     if list.trim().is_empty() {
         return Ok(Vec::new());
@@ -128,7 +128,7 @@ fn numbers(list: &str) -> Result<Vec<f64>, String> {
     list.split(',').enumerate().map(number).collect()
 }
 
-/// Where a robot is and what acts on it; lists in the order of the joints.
+/// Positions, velocities and drive forces of a robot; lists in the order of the joints.
 struct State {
     /// Positions, rad or m.
     q: Vec<f64>,
@@ -140,7 +140,7 @@ struct State {
     gravity: [f64; 3],
 }
 
-/// `mass_matrix acceleration + bias = tau`, and where the links are.
+/// `mass_matrix acceleration + bias = tau`, and the poses of the links.
 #[derive(Serialize)]
 struct Dynamics<'a> {
     joints: &'a [String],
@@ -152,7 +152,7 @@ struct Dynamics<'a> {
     warnings: &'a [String],
 }
 
-/// Poses in the world by link.
+/// Poses of the links in the world.
 struct Frames<'a>(Vec<(&'a str, Pose)>);
 
 #[derive(Serialize)]
@@ -171,7 +171,7 @@ impl Serialize for Frames<'_> {
 /// The dynamics at a state.
 ///
 /// # Errors
-/// Where numbers are so great that products of them are not finite.
+/// If numbers are so large that their products are not finite.
 fn dynamics<'a>(robot: &'a Robot, tree: &'a Tree, state: &State) -> Result<Dynamics<'a>, Failure> {
     let State { q, v, tau, gravity } = state;
     let numbers = Numbers::of(robot, *gravity);
@@ -210,8 +210,8 @@ fn dynamics<'a>(robot: &'a Robot, tree: &'a Tree, state: &State) -> Result<Dynam
     })
 }
 
-/// Prints JSON as it is made: that of many joints is larger than what it is made of. A reader that hung up is no
-/// failure.
+/// Streams the JSON: for a robot with many joints, the text would be larger than the data. A closed pipe is
+/// not an error.
 fn print(dynamics: &Dynamics) -> Result<(), Failure> {
     let mut out = BufWriter::new(std::io::stdout().lock());
     let written = serde_json::to_writer_pretty(&mut out, dynamics).map_err(std::io::Error::from);

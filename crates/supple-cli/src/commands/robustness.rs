@@ -20,7 +20,7 @@ impl Asks for RobustnessOptions {
     fn work(&self, task: &LoadedTask) -> Result<Work, Failure> {
         let of = |option: &'static str| move |error: StudyError| Failure::usage(format!("{option} {error}"));
         let designs = DesignChoice::parse_list(&self.designs, task).map_err(of("--designs:"))?;
-        // A parameter that designs would move by ratios grows by ratios.
+        // A parameter on a logarithmic scale is varied by equal ratios.
         let name = self.vary.split('=').next().unwrap_or_default().trim();
         let parameter = task.problem.parameters.iter().find(|parameter| parameter.name == name);
         let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);

@@ -47,7 +47,7 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// A step that is known to be possible.
+/// A step whose options and task have been validated.
 struct Planned {
     command: StudyCommand,
     task: LoadedTask,
@@ -55,9 +55,9 @@ struct Planned {
 }
 
 impl Planned {
-    /// Reads the step's options and its task.
+    /// Parses the step's options and loads its task.
     fn of(file: &StudyFile, step: &Step) -> Result<Self, Failure> {
-        let Command::Study(command) = command(file, step)? else { return Err(wrong(file, step, "is no study")) };
+        let Command::Study(command) = command(file, step)? else { return Err(wrong(file, step, "is not a study")) };
         let asks = command.asks();
         let here =
             |failure: Failure| if failure.is_of_file() { failure } else { wrong(file, step, &failure.to_string()) };
@@ -67,7 +67,7 @@ impl Planned {
         Ok(Self { command, task, study })
     }
 
-    /// Makes the step, or takes what an earlier run has made of it.
+    /// Runs the step, or reuses its result from an earlier run.
     fn make(&self, heading: &str, folder: &Path) -> Result<Outcome, Failure> {
         if let Some(made) = Folder::load_made(folder, &self.study) {
             let (fell, outcome) = match made.result.falls_short() || !made.result.not_finite().is_empty() {
@@ -91,13 +91,13 @@ impl Planned {
     }
 }
 
-/// The command that a step or figure is.
+/// Parses a step or figure as a command.
 fn command(file: &StudyFile, step: &Step) -> Result<Command, Failure> {
     let words = ["supple".to_owned()].into_iter().chain(step.words.iter().cloned());
     match Arguments::of_words(words) {
         Ok(arguments) => Ok(arguments.command),
         Err(error) => {
-            // The first line says what is wrong; the rest is about the command line.
+            // The first line says what is wrong; the rest is help on the command line.
             let text = error.to_string();
             Err(wrong(file, step, text.lines().next().unwrap_or_default().trim_start_matches("error: ")))
         }
@@ -107,7 +107,7 @@ fn command(file: &StudyFile, step: &Step) -> Result<Command, Failure> {
 fn to_plot(file: &StudyFile, figure: &Step) -> Result<PlotOptions, Failure> {
     match command(file, figure)? {
         Command::Plot(options) => Ok(options),
-        _ => Err(wrong(file, figure, "is no figure")),
+        _ => Err(wrong(file, figure, "is not a figure")),
     }
 }
 

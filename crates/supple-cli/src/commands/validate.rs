@@ -7,11 +7,11 @@ use crate::Outcome;
 use crate::arguments::{AtArgument, ValidateOptions};
 use crate::failure::Failure;
 
-/// Packages of Python that it takes, and how to get each.
+/// Python packages that it requires, and how to install each.
 const PACKAGES: [(&str, &str); 2] =
     [("supple", "run `pip install .` in a copy of supple's source"), ("mujoco", "run `pip install mujoco`")];
 
-/// `supple validate DIR`: what `python3 -m supple validate` does.
+/// `supple validate DIR`: runs `python3 -m supple validate`.
 pub fn validate(options: &ValidateOptions) -> Result<Outcome, Failure> {
     let folder = Folder::load(&options.folder)?;
     let found = match &folder.result {
@@ -48,7 +48,7 @@ pub fn validate(options: &ValidateOptions) -> Result<Outcome, Failure> {
 }
 
 /// # Errors
-/// Where there is no such Python, or a package is missing in it.
+/// If there is no such Python, or it lacks a package.
 fn has_packages(python: &str) -> Result<(), Failure> {
     for (package, advice) in PACKAGES {
         let probe = format!("import importlib.util as u, sys; sys.exit(10 * (u.find_spec('{package}') is None))");

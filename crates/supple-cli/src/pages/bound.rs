@@ -6,7 +6,7 @@ use supple_study::bound::{BoundStudy, Curve};
 
 use crate::tables::{Rows, align_right, heading, number, table};
 
-/// Directions of the virtual sensor that are shown of each part of the time.
+/// Directions of the virtual sensor shown per time window.
 const SHOWN: usize = 2;
 
 /// The page of `supple bound`.
@@ -92,7 +92,7 @@ fn sensor(page: &mut String, task: &TaskBound) {
         let why = match task.open_loop_cost {
             Some(open) if open <= task.cost => "the cost limit is met without measurements",
             _ if task.minimum_bits_per_step == 0.0 => "the cost limit is met without measurements",
-            _ => "none was found that keeps the cost limit",
+            _ => "none that stays within the cost limit was found",
         };
         let _ = writeln!(page, "Virtual sensor: none; {why}.\n");
         return;

@@ -38,7 +38,7 @@ pub fn check_page(about: &About, report: &CheckReport) -> String {
     page
 }
 
-/// What the check could not see.
+/// What the check did not cover.
 fn notes(task: &TaskCheck) -> String {
     let mut text = String::new();
     let mut note = |of: &Row, entries: &[String], what: &str| {

@@ -13,7 +13,7 @@ use super::next;
 use crate::tables::{Rows, align_right, heading, number, percent, table};
 use crate::{catalogue, contacts, informations, split, trust};
 
-/// How far a search is that was stopped; none where it was not, or no start had ended.
+/// How far a stopped search got; `None` if it was not stopped, or no start had finished.
 pub fn stopped_design(report: &DesignReport) -> Option<String> {
     let ended = report.starts.iter().filter(|start| start.status != DesignStatus::Stopped).count();
     let wanted = report.settings.starts;
@@ -53,7 +53,7 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     page + &next::after_design(about, report)
 }
 
-/// The parameters from start to optimum, with what a change of each changes.
+/// The parameters from start to optimum, with the sensitivities of information and costs to each.
 fn parameters(about: &About, report: &DesignReport) -> Rows {
     let (start, optimum) = (&report.start, &report.optimum);
     let mut rows =
@@ -169,7 +169,7 @@ fn verdict(about: &About, report: &DesignReport) -> String {
     )
 }
 
-/// That no design is within all limits, and by what the closest one misses them.
+/// Reports that no design is within all limits, and by how much the closest one exceeds them.
 fn none_within(about: &About, report: &DesignReport) -> String {
     let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
     let over = |(task, at): (&AboutTask, &TaskEvaluation)| {

@@ -103,8 +103,8 @@ fn more_starts(report: &DesignReport) -> usize {
     2 * report.starts.len().max(2)
 }
 
-/// The task whose limit can be met without any measurement, where more than that is minimised; none where any limit
-/// takes some. At the optimum, or at the start where it takes long to find there.
+/// A task whose cost limit can be met without measurements although more than needed information is minimised; `None`
+/// if any limit requires information. Judged at the optimum, or at the start if not computed at the optimum.
 fn met_blindly(report: &DesignReport) -> Option<&str> {
     let needed = |task: &TaskEvaluation| task.information.needed.as_ref().map(|needed| needed.total_bits);
     let mut pairs = report.optimum.tasks.iter().zip(&report.start.tasks);
@@ -115,7 +115,7 @@ fn met_blindly(report: &DesignReport) -> Option<&str> {
     first.map(|task| task.name.as_str())
 }
 
-/// What to do about a plan that does not do what it should; none where it does.
+/// What to do about an unusable plan; `None` if all plans are fine.
 fn plan(at: &Evaluation) -> Option<String> {
     at.tasks.iter().find_map(of_plan)
 }
@@ -124,7 +124,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     let name = &task.name;
     if task.status == PlanStatus::LimitsExceeded {
         return Some(format!(
-            "wider limits, more time or stronger drives: no plan of {name} was found that keeps its limits with `enforce`"
+            "wider limits, more time or stronger drives: no plan of {name} was found that satisfies its enforced limits"
         ));
     }
     if !task.status.is_converged() {
@@ -149,7 +149,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     }
     if let Some(substeps) = task.trust.as_ref().and_then(|trust| trust.substeps_advised) {
         return Some(format!(
-            "`substeps = {substeps}` in [model]: the steps of {name} hide what roll-outs on finer ones show"
+            "`substeps = {substeps}` in [model]: roll-outs of {name} on finer steps differ from those on its own steps"
         ));
     }
     let is_wanted = |name: &str| task.warnings.iter().any(|text| text.contains(&format!("`{name}`")));
@@ -180,8 +180,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
             limit.name
         ));
     }
-    task.is_broken()
-        .then(|| format!("less noise or softer contacts, as the roll-outs of {name} say: they do not follow the plan"))
+    task.is_broken().then(|| format!("less noise or softer contacts: the roll-outs of {name} do not follow the plan"))
 }
 
 /// Parameters that are at one of their bounds.

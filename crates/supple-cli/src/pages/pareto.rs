@@ -22,7 +22,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     for (task, bound) in about.tasks.iter().zip(&front.bounds) {
         header.push(format!("cost of {}", task.name));
         if bound.is_finite() {
-            header.push("bits per unit of bound".into());
+            header.push("bits per unit of cost limit".into());
         }
     }
     header.extend(design.iter().map(|&i| {

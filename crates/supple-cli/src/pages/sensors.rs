@@ -71,9 +71,9 @@ fn values(study: &Sensors) -> String {
         "saves alone",
         "per price",
         "in the set",
-        "beyond all",
+        "beyond the others",
         "bits alone",
-        "bits beyond all",
+        "bits beyond the others",
         "",
     ];
     let mut rows = table(&header);
@@ -94,12 +94,12 @@ fn values(study: &Sensors) -> String {
 
 fn certificate(study: &Sensors) -> String {
     let Certificate { bound, certified_ratio, search, searched_bound, proved, ratio, tried } = study.certificate;
-    let (better, unit) = match (study.options.cost, study.options.goal) {
-        (Some(_), _) => ("cheaper than", "a price of "),
-        (None, SensorGoal::Cost) => ("better than", "an expected cost of "),
-        (None, SensorGoal::Information) => ("worth more than", "that many bits: "),
+    let beyond = |bound: f64| match (study.options.cost, study.options.goal) {
+        (Some(_), _) => format!("is cheaper than a price of {}", number(bound)),
+        (None, SensorGoal::Cost) => format!("is better than an expected cost of {}", number(bound)),
+        (None, SensorGoal::Information) => format!("gives more than {} bits", number(bound)),
     };
-    let mut text = format!("No set within the limits is {better} {unit}{}.\n", number(bound));
+    let mut text = format!("No set within the limits {}.\n", beyond(bound));
     if study.options.cost.is_some() {
         let _ = writeln!(text, "{}", of_prices(study));
         return text;
@@ -119,8 +119,8 @@ fn certificate(study: &Sensors) -> String {
             (_, true) => writeln!(text, "Branch and bound proves that it has {}.", share(ratio)),
             (_, false) => writeln!(
                 text,
-                "Branch and bound stopped early. It proves that no set is {better} {unit}{}, so the greedy set achieves at least {}.",
-                number(searched),
+                "Branch and bound stopped early. It proves that no set {}, so the greedy set achieves at least {}.",
+                beyond(searched),
                 share(ratio)
             ),
         };

@@ -147,7 +147,7 @@ fn summary(sweep: &Sweep) -> String {
             let count = (0..rows.len()).filter(meets).count();
             let what = match among {
                 Some(_) => format!("Least information among the {count} that are within all cost limits"),
-                None => "No point meets every bound with plans that converged. Least information".into(),
+                None => "No point with converged plans is within all cost limits. Least information".into(),
             };
             let _ = writeln!(text, "{what}: {} bits at {}.", number(bits[point]), values.join(", "));
         }

@@ -15,7 +15,7 @@ pub fn trace_page(about: &About, study: &Trace) -> String {
         "method".to_owned(),
         "gradient".into(),
         "converged".into(),
-        "within bounds".into(),
+        "within limits".into(),
         "information, bits".into(),
     ];
     header.extend(about.tasks.iter().map(|task| format!("cost of {}", task.name)));
@@ -91,7 +91,7 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
 fn best(study: &Trace) -> String {
     let within = || study.runs.iter().filter(|run| is_within(run));
     let Some(best) = within().min_by(|a, b| a.end.information_nats.total_cmp(&b.end.information_nats)) else {
-        return "No search ended at a design that meets every bound.\n".to_owned();
+        return "No search ended at a design within all cost limits.\n".to_owned();
     };
     let least = best.end.information_nats;
     let same = within().filter(|run| (run.end.information_nats - least).abs() <= SAME_END * least.abs()).count();

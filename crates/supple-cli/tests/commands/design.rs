@@ -67,7 +67,7 @@ fn designs_minimise_the_information_that_is_asked_for() {
     let mixed = folder.run(&[&arguments[..], &["--information", "used=1,measured=0.01"]].concat()).json(0);
     assert_eq!(mixed["settings"]["information"], json!({ "needed": 0.0, "used": 1.0, "measured": 0.01 }));
     let run = folder.run(&["design", "task.toml", "--information", "used=much"]);
-    assert!(run.code == Some(2) && run.stderr.contains("the weight `much` is no number"), "{}", run.stderr);
+    assert!(run.code == Some(2) && run.stderr.contains("the weight `much` is not a number"), "{}", run.stderr);
 
     for (wrong, says) in [
         ("information = \"wanted\"", "`needed`, `used`, `measured`"),

@@ -53,7 +53,7 @@ fn a_robot_that_can_be_planned_is_ready() {
 fn joints_that_move_nothing_are_locked() {
     let text = chain(&[INERTIAL, INERTIAL, "", ""], "");
     let found = section(&robot(&text, &[]).stdout);
-    let said = "lock joints that move nothing with inertia: write `locked = [\"j3\", \"j4\"]` in [model], as `supple new \
+    let said = "lock joints that move no inertia: write `locked = [\"j3\", \"j4\"]` in [model], as `supple new \
                 NAME --robot FILE` does";
     assert_eq!(found[0], said);
     let (task, _) = planned(&folder(&text));

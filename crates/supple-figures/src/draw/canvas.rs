@@ -9,7 +9,7 @@ use super::contour::Place;
 /// The family of the font that comes with the program.
 pub const FAMILY: &str = "Noto Sans";
 
-/// Where a text is held.
+/// The anchor of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hold {
     /// At its left.
@@ -84,7 +84,7 @@ enum Level {
     Lowered,
 }
 
-/// The character that is drawn for one of a text, and where: fonts have few raised and lowered digits.
+/// The character to draw for one of a text, and its level: fonts have few superscript and subscript glyphs.
 fn level(c: char) -> (char, Level) {
     let digit = |zero: u32| char::from_digit((c as u32).wrapping_sub(zero), 10);
     match c {
@@ -215,7 +215,7 @@ impl Canvas {
 
 /// A text in XML.
 pub fn escaped(text: &str) -> String {
-    // What XML does not allow at all is shown as what it is: no character.
+    // Characters that XML does not allow are shown as replacement characters.
     let legal = |c: char| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { '\u{fffd}' } else { c };
     let mut out = String::with_capacity(text.len());
     for c in text.chars().map(legal) {
@@ -235,7 +235,7 @@ struct Number(f64);
 
 impl std::fmt::Display for Number {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        // Far outside the page all places are one, and some programs read only so many digits.
+        // Places far outside the page are clamped, as some programs read only a limited number of digits.
         let rounded = (self.0.clamp(-1e5, 1e5) * 100.0).round() / 100.0;
         write!(f, "{}", if rounded == 0.0 { 0.0 } else { rounded })
     }

@@ -17,8 +17,8 @@ pub struct Sheet<'a> {
 }
 
 impl Sheet<'_> {
-    /// The area where the quantity is at least `level`, by closed lines: what an odd number of them surrounds. All that
-    /// has a value is at least minus infinity.
+    /// The area where the quantity is at least `level`, as closed lines with the even-odd rule. At minus infinity, it is
+    /// the area of all nodes that have a value.
     pub fn area(&self, level: f64) -> Vec<Vec<Place>> {
         // A rim of no width, below every level, closes the lines at the ends of the grid.
         Grid::new(self, level, 1).chains()
@@ -91,7 +91,7 @@ impl<'a> Grid<'a> {
         let (k, l) = if up { (i, j + 1) } else { (i + 1, j) };
         let (a, b) = (self.value(i, j), self.value(k, l));
         let part = (self.level - a) / (b - a);
-        // Beside a node without a value, half of the cell belongs to each.
+        // Next to a node without a value, cut the edge in the middle.
         let part = if a.is_finite() && b.is_finite() && part.is_finite() { part.clamp(0.0, 1.0) } else { 0.5 };
         let (from, to) = (self.place(i, j), self.place(k, l));
         (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1))
@@ -154,7 +154,7 @@ impl<'a> Grid<'a> {
                 line.push(self.crossing(edge));
                 edge = std::mem::replace(&mut next[edge as usize], NONE);
             }
-            // A line that was drawn already leaves its first edge alone.
+            // If the line was already drawn, only its first edge remains.
             if line.len() > 1 {
                 lines.push(line);
             }

@@ -22,7 +22,7 @@ fn colour(map: Map, band: usize, bands: usize) -> (String, bool) {
     (format!("#{colour:x}"), light < 130.0)
 }
 
-/// Draws bands, lines between them, and their values where none of the lines and marks of `above` would cover these.
+/// Draws bands, lines between them, and their values wherever lines and marks of `above` would not cover them.
 pub fn draw(canvas: &mut Canvas, frame: &Frame, (grid, levels, map): (&Values, &[f64], Map), above: &[Vec<Place>]) {
     let bands = levels.len() + 1;
     let ruler = Ruler::new();
@@ -123,7 +123,7 @@ fn spot(line: &[Place], half: f64, room: &Room) -> Option<Spot> {
         let (a, b) = (line[from], line[to]);
         let at = ((a.0 + b.0) / 2.0, (a.1 + b.1) / 2.0);
         let angle = ((b.1 - a.1) / (b.0 - a.0)).atan();
-        // What is all but upright reads upwards.
+        // Nearly vertical numbers read upwards.
         let angle = if angle > 1.4 { angle - std::f64::consts::PI } else { angle };
         let (reach_x, reach_y) = (half * angle.cos().abs() + 4.0, half * angle.sin().abs() + 4.0);
         let inside = at.0 > left + reach_x

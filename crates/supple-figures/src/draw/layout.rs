@@ -56,7 +56,7 @@ impl Layout {
         size[1] = size[0] * grid.aspect;
         let mut places = Vec::new();
         let mut margins = vec![[0.0; 4]; count];
-        // Ticks need the size of panels, which needs the room of ticks; the second round is near enough.
+        // Ticks depend on panel sizes, which depend on the room for ticks; two iterations are accurate enough.
         for _ in 0..2 {
             let gap = if figure.panels.iter().any(|panel| marked_above(panel, size[1])) { REACH + 3.5 } else { 3.5 };
             let at = |(index, panel): (usize, &Panel)| {
@@ -106,7 +106,7 @@ fn marked_above(panel: &Panel, height: f64) -> bool {
     panel.series.iter().any(|series| matches!(&series.shape, Shape::Points { y, .. } if y.iter().any(near)))
 }
 
-/// Where a title of a row takes several lines, all titles of the row break after their last comma, so that they look alike
+/// If a title in a row takes several lines, all titles of the row break after their last comma, so that they look alike
 /// and what belongs together stays together.
 fn break_alike(row: &mut [PanelLayout], margins: &mut [[f64; 4]]) {
     if row.iter().all(|place| place.title.len() < 2) {

@@ -159,7 +159,7 @@ fn outline(canvas: &mut Canvas, corners: Vec<Place>, style: &Style) {
     canvas.path(&lines, true, Paint::stroke(style.colour.hex(), style.width));
 }
 
-/// A line with a head at its end; of one that is shorter than its head, nothing is seen.
+/// A line with a head at its end; an arrow shorter than its head is not drawn.
 fn arrow(canvas: &mut Canvas, ends: &[Place], style: &Style) {
     let [from, tip] = ends else { return };
     let (x, y) = (tip.0 - from.0, tip.1 - from.1);

@@ -14,8 +14,8 @@ const MOST: usize = 6;
 /// States over time, with one closed-loop run: plan, true state, estimate and two standard deviations around it. One
 /// column of panels per design.
 ///
-/// States come in the order of how far their belief moves: the way of the planned mean from its least to its greatest
-/// value, and that of twice the standard deviation, over the mean standard deviation. Of more than six states the first
+/// States are sorted by how far their belief moves: the range of the planned mean, plus the range
+/// of twice the standard deviation, both divided by the mean standard deviation. If there are more than six, the first
 /// six are shown.
 ///
 /// # Errors

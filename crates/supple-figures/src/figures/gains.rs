@@ -71,7 +71,7 @@ pub fn gains(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
     Ok(grouped(figure, &important))
 }
 
-/// The names of the lines: the one of each row that goes farthest, then all others by how far they go beside it.
+/// Names of the lines by their peak relative to the highest peak in their row, the largest first.
 fn largest(rows: &[Row]) -> Vec<String> {
     let mut ranked: Vec<(f64, &String)> = Vec::new();
     for row in rows {

@@ -1,15 +1,15 @@
-//! Legends stay short: what goes beyond their limit is drawn in grey, as one entry.
+//! Limits the length of legends: less important entries are drawn in grey, as one entry.
 
 use crate::figure::{Colour, Dash, Figure, Style};
 
 /// The most entries of a legend.
 pub const MOST_ENTRIES: usize = 8;
 
-/// The entry of what has no entry of its own.
+/// The name of the common entry.
 const REST: &str = "others";
 
-/// The same figure with at most [`MOST_ENTRIES`] entries in its legend: beyond them, all but the most important ones
-/// become one entry in grey, which the title says. Important are the names of the list, in its order, then what appears
+/// The same figure with at most [`MOST_ENTRIES`] legend entries: the least important ones become
+/// one entry in grey, and the title mentions it. The names in `important` rank first, in this order, then those that appear
 /// first.
 pub fn grouped(mut figure: Figure, important: &[String]) -> Figure {
     let entries: Vec<String> = figure.entries().into_iter().map(str::to_owned).collect();

@@ -9,7 +9,7 @@ use crate::{FigureError, words};
 const MOST: usize = 6;
 
 /// Bits of each measurement over time, together and of each channel beyond the others; below it the value of
-/// information, `Tr(Xi)`, and what the cost is raised by what is not known, `1/2 Tr(Xi Sigma)`. One column of panels
+/// information, `Tr(Xi)`, and the cost of the estimation error, `1/2 Tr(Xi Sigma)`. One column of panels
 /// per design.
 ///
 /// At most six channels are shown, those with the most information.
@@ -95,7 +95,7 @@ fn bits(design: &Shown, channels: &[String]) -> Vec<Series> {
     series
 }
 
-/// What is not known costs `1/2 Tr(Xi Sigma)`.
+/// The cost of the estimation error, `1/2 Tr(Xi Sigma)`.
 fn worth(design: &Shown) -> Vec<Series> {
     let style = Style::line(Colour::Purple);
     let cost = line(design, design.task.cost.belief_per_step.clone());

@@ -16,7 +16,7 @@ const ARROW: f64 = 0.3;
 /// The robot at six times of its motion, from the first to the last; a row of panels per design. Bodies are drawn by
 /// their simple shapes, contact forces as arrows that end where they act, all to one scale.
 ///
-/// It is seen along an axis of the world: of the three, the two are shown along which most moves and presses, z
+/// The view is along an axis of the world: of the three planes, the one with the most motion and force is shown, z
 /// upwards.
 ///
 /// # Errors
@@ -248,7 +248,7 @@ fn ordinates(shape: &Shape) -> &[f64] {
     }
 }
 
-/// Ranges of two axes on which a metre is as long on one as on the other, with room around; and height over width,
+/// Ranges of two axes with equal scales and some margin; and the ratio of height to width,
 /// between a half and two.
 fn square(x: &[f64], y: &[f64]) -> ([f64; 2], [f64; 2], f64) {
     let range = |values: &[f64]| {

@@ -103,7 +103,7 @@ fn of_front(front: &Pareto, index: usize, of_task: bool) -> Track {
 }
 
 /// One style per method and gradient. A path goes through the designs that the
-/// optimiser stepped to: of trials that it took back, little could be seen but their number.
+/// optimiser stepped to: trial points that it rejected would only clutter the plot.
 fn of_trace(trace: &Trace, index: usize) -> Vec<Track> {
     let spot = |point: &TracePoint| {
         let cost = point.costs.get(index).copied().unwrap_or(f64::NAN);

@@ -21,7 +21,7 @@ use crate::followed;
 use crate::rows::{Guess, Rows, by_name};
 use noise::NoiseFile;
 
-/// Reads a count of which 1 is the least. 0 is refused later, where the greatest is known.
+/// Reads a count of at least 1. 0 is refused later, when the maximum is known.
 fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
     struct Count;
 
@@ -66,9 +66,9 @@ pub(super) struct TaskFile {
     /// joints, and the ranges of the actuators of its file.
     #[serde(default)]
     enforce_effort_limits: bool,
-    /// What the noise of process and measurement and the weights of stages are per. Those per second stay what they are
-    /// by time with another time step: in a step, variances of the process and weights of stages count times the time
-    /// step, and variances of measurements, those of sensors too, divided by it.
+    /// Whether process noise, measurement noise and stage weights are per step or per second. Those per second do not
+    /// depend on the time step: in each step, process variances and stage weights are multiplied by the time
+    /// step, and measurement variances, including those of sensors, are divided by it.
     #[serde(default)]
     per: Per,
     /// Its noise.
@@ -111,8 +111,8 @@ fn table_of(key: &str) -> Option<&'static str> {
     tables.into_iter().find_map(|(name, schema)| has(schema).then_some(name))
 }
 
-/// An error about a name in a table of numbers by name, which may be a key that counts to this table for the header above it
-/// where the task was meant.
+/// An error about a name in a table of numbers by name; it may be a key of the task that was written below the table's
+/// header.
 fn misplaced(error: FileError, index: usize, states: &[String]) -> FileError {
     let here = format!("tasks[{index}].");
     let found = error.key.strip_prefix(&here).and_then(|key| key.rsplit_once('.')).and_then(|(table, key)| {
@@ -213,7 +213,7 @@ impl Reader<'_> {
             noise.per_second(file.time_step);
             for (number, cost) in costs.iter_mut().enumerate() {
                 cost.stage.scale(file.time_step);
-                // A weight of the end that is not given is that of a stage.
+                // A final weight that is not given equals the stage weight.
                 let given = |key: &'static str| {
                     let at = ["tasks".into(), self.index.into(), "costs".into(), number.into(), key.into()];
                     self.document.get(&at).is_some()

@@ -142,7 +142,7 @@ pub(super) fn place(
 /// What the covariances may cost.
 pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
     if !cost.is_finite() {
-        let what = format!("the expected cost asked for, {cost}, is not finite");
+        let what = format!("the requested expected cost, {cost}, is not finite");
         return Err(Error::NoBound { what, advice: "give a finite number" });
     }
     let budget = cost - least;
@@ -151,7 +151,7 @@ pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
     }
     if budget <= LEAST_MARGIN * least.abs() {
         return Err(Error::NoBound {
-            what: format!("it is above the least cost, {least:?}, by no more than rounding"),
+            what: format!("the margin above the minimum cost, {least:?}, is no more than rounding"),
             advice: "choose a larger cost",
         });
     }

@@ -1,4 +1,4 @@
-//! The least directed information that any sensors and any controller need to keep an expected cost, with a certificate
+//! The least directed information that any sensors and controller require to stay within a cost, with a certificate
 //! (method: docs/theory/bound.md).
 //!
 //! ```text

@@ -162,7 +162,7 @@ fn at(
         near.as_ref().and_then(|near| search(&chain, near.place(&chain, budget)?, target, settings))
     } else {
         let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
-            what: "no covariances were found that keep it".into(),
+            what: "no covariances that stay within it were found".into(),
             advice: "scale the states to similar sizes, or ask for a larger cost",
         })?;
         search_from(&chain, &[factors], starts, target, settings)
@@ -201,7 +201,7 @@ fn at(
 
 /// Of costs that are hard to find a minimum at.
 const STEADY_ADVICE: &str =
-    "scale the states to similar sizes, or ask for a cost that is neither close to the least one nor far beyond it";
+    "scale the states to similar sizes, or choose a cost that is neither close to the minimum nor far above it";
 
 impl Stationary {
     /// The system nearby of the states that cost something beyond rounding, with `R` and the states that these are.

@@ -62,7 +62,7 @@ impl de::Error for ReadError {
         Self::custom(format_args!("must be {}; found {found}", plain(&valid.to_string())))
     }
     fn unknown_field(found: &str, valid: &'static [&'static str]) -> Self {
-        let error = Self::custom(format_args!("unknown key `{found}`; valid are {}", quoted(valid)));
+        let error = Self::custom(format_args!("unknown key `{found}`; valid: {}", quoted(valid)));
         Self { help: instead_of(found, valid), ..error }
     }
     fn unknown_variant(found: &str, valid: &'static [&'static str]) -> Self {

@@ -46,7 +46,7 @@ pub struct CatalogueEntry {
     /// Its price in any currency, if given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub price: Option<f64>,
-    /// What its maker calls it.
+    /// The manufacturer's name for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
 }
@@ -101,7 +101,7 @@ impl Parameter {
         self.catalogue.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
 
-    /// Whether a value is at an end of the bounds but for what a search leaves: a millionth of their distance, and no
+    /// Whether a value is at a bound up to the accuracy of a search: a millionth of their distance, and no
     /// more than a thousandth of the end itself, which may be far smaller.
     pub fn is_at(&self, end: f64, value: f64) -> bool {
         let distance = (value - end).abs();

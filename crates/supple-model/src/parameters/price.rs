@@ -69,10 +69,13 @@ impl Price {
             Self::Power { coefficient, exponent, reference } => vec![coefficient, exponent, reference],
         };
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
-            return Err(format!("must be of finite numbers; found {}", digits(*number)));
+            return Err(format!("must consist of finite numbers; found {}", digits(*number)));
         }
         if !matches!(self, Self::Linear(_)) && lower <= 0.0 {
-            return Err(format!("needs a parameter above 0, but for `linear`; its lower bound is {}", digits(lower)));
+            return Err(format!(
+                "requires a parameter above 0 (except `linear`); its lower bound is {}",
+                digits(lower)
+            ));
         }
         if let Self::Log { reference, .. } | Self::Power { reference, .. } = self
             && reference <= 0.0

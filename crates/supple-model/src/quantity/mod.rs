@@ -130,7 +130,7 @@ pub trait Measurable: Debug + Send + Sync + 'static {
         values
     }
 
-    /// Whether it depends on the control: then it has no part in the final cost, and cannot be measured, as controls
+    /// Whether it depends on the control: then it is not in the final cost, and cannot be measured, as controls
     /// are chosen after measuring.
     fn depends_on_control(&self) -> bool {
         false
@@ -151,7 +151,7 @@ pub trait Measurable: Debug + Send + Sync + 'static {
         self.len()
     }
 
-    /// Whether 0 is no target that anybody means by leaving it out.
+    /// Whether a target is required, because a default of 0 would make no sense.
     fn needs_target(&self) -> bool {
         false
     }

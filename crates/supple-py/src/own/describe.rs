@@ -1,4 +1,4 @@
-//! All of a task that is plain data.
+//! All plain data of a task.
 
 use std::sync::Arc;
 
@@ -141,7 +141,7 @@ impl DescribedTask {
             return Err(at(&format!("control_bounds are reversed: [{lower}, {upper}]")));
         }
         let mut channels = system.channels();
-        // States go by the names of the system, whatever else is said of them to people.
+        // States are addressed by the system's names, whatever names are shown to people.
         channels.states.iter_mut().zip(system.state_names()).for_each(|(channel, name)| channel.name = name);
         let find = |(number, law): (usize, &DescribedVariance)| {
             let at = |wrong: &dyn std::fmt::Display| at(&format!("noise: varying[{number}].{wrong}"));

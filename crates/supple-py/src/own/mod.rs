@@ -19,7 +19,7 @@ use crate::errors;
 
 pub use callback::{fill, read, vectors};
 
-/// The first exception that a function of the user's raised, until somebody takes it.
+/// The first exception raised by a user-supplied function, until it is taken.
 #[derive(Clone, Default)]
 pub struct Failures(Arc<Mutex<Option<PyErr>>>);
 

@@ -1,4 +1,4 @@
-//! COLLADA files: triangles and polygons of the visual scene, in m. Materials are not used, and the up axis is not, as
+//! COLLADA files: triangles and polygons of the visual scene, in m. Materials and the up axis are ignored, as
 //! is the custom with robots' files.
 
 use std::collections::HashMap;
@@ -11,7 +11,7 @@ use super::surface::Surface;
 const DEEPEST: usize = 64;
 /// The most elements of a file.
 const MOST_ELEMENTS: u32 = 2_000_000;
-/// The most triangles that are put together from nodes, which may use a mesh many times.
+/// The maximum number of triangles in the assembled scene; nodes may use a mesh many times.
 const MOST_FACES: usize = 2_000_000;
 
 /// A matrix of three rows for points `(x, y, z, 1)`.
@@ -52,7 +52,7 @@ pub fn read(bytes: &[u8]) -> Result<Surface, String> {
     }
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let meter = match unit.and_then(|unit| unit.attribute("meter")) {
-        Some(text) => text.trim().parse().map_err(|_| format!("has the unit `{text}`, which is no number"))?,
+        Some(text) => text.trim().parse().map_err(|_| format!("has the unit `{text}`, which is not a number"))?,
         None => 1.0,
     };
     Ok(all.placed([meter; 3], [1.0, 0.0, 0.0, 0.0], [0.0; 3]))
@@ -158,7 +158,7 @@ fn add_node<'a>(
     all: &mut Surface,
 ) -> Result<(), String> {
     if depth > DEEPEST {
-        return Err(format!("has nodes more than {DEEPEST} deep in one another"));
+        return Err(format!("has nodes nested more than {DEEPEST} deep"));
     }
     let mut here = *outer;
     for transform in node.children().filter(Node::is_element) {
@@ -224,7 +224,7 @@ fn positions<'a>(mesh: Node<'a, 'a>, ids: &Ids<'a>) -> Result<Vec<[f32; 3]>, Str
         return Err("has positions of less than three numbers".into());
     }
     let array: Vec<f32> = numbers(array)?;
-    let rest = array.get(offset..).ok_or("has positions that lead nowhere")?;
+    let rest = array.get(offset..).ok_or("has positions beyond the end of their array")?;
     Ok(rest.chunks(stride).filter(|chunk| chunk.len() >= 3).map(|chunk| [chunk[0], chunk[1], chunk[2]]).collect())
 }
 

@@ -16,7 +16,7 @@ const MOST_BYTES: u64 = 256 << 20;
 /// Files that a warning names, at most.
 const MOST_NAMES: usize = 5;
 
-/// Why a file is not read that a result names.
+/// The reason for not reading a file that a result names.
 const OUTSIDE: &str =
     "is not in the folder of the result's robot or task file, nor in a package root; or that file has changed";
 
@@ -39,7 +39,7 @@ impl Files {
     }
 
     fn is_within(&self, path: &Path) -> bool {
-        // What is not there is told by reading it.
+        // A missing file is reported when it is read.
         let Some(folders) = &self.folders else { return true };
         path.canonicalize().map_or(true, |real| folders.iter().any(|folder| real.starts_with(folder)))
     }

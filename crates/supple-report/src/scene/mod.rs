@@ -36,17 +36,17 @@ pub const MOST_TRIANGLES: usize = 20_000;
 
 /// The data of the view, for `SuppleScene.mount(element, data)`: scenes by the name of their design.
 ///
-/// `{ meshes, designs, warnings }`: surfaces of bodies, each there once whoever shares it, with vertices (`f4`) and
-/// faces (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number, and how many of its last
-/// vertices (`guides`) do not count for the limits of the view; and what to tell the reader. Meshes that cannot be read are
-/// shown as the lines and marks that the scene has for each body, with a warning.
+/// `{ meshes, designs, warnings }`: surfaces of bodies, stored once even if shared, with vertices (`f4`) and
+/// faces (`u4`) in base64, little-endian; the scenes, whose bodies refer to surfaces by index, and how many of a surface's
+/// last vertices (`guides`) the view's limits ignore; and warnings for the reader. Instead of unreadable meshes, the view
+/// shows the lines and marks that the scene has for each body, with a warning.
 #[must_use]
 pub fn data(scenes: &[(&str, &Scene)]) -> Value {
     Stage::default().all(scenes)
 }
 
-/// As [`data`], of a result that others may have made: meshes are read from the folders of its `sources` only, as far
-/// as these are still what they were, and from the package roots of its task file.
+/// Like [`data`], for an untrusted result: meshes are only read from the folders of its `sources`, as long
+/// as those files are unchanged, and from the package roots of its task file.
 #[must_use]
 pub fn data_of_result(scenes: &[(&str, &Scene)], sources: &[Source]) -> Value {
     Stage { files: Files::within(&folders(sources)), ..Stage::default() }.all(scenes)

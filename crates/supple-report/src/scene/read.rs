@@ -1,4 +1,4 @@
-//! Mesh files, which are not trusted: limits first, and no panic of a reader gets out.
+//! Mesh files, which are untrusted: limits are checked first, and panics of parsers are caught.
 
 use std::io::Cursor;
 use std::panic::catch_unwind;
@@ -16,7 +16,7 @@ const MOST_FACES: usize = 2_000_000;
 pub fn read(path: &Path, left: u64) -> Result<(Surface, u64), String> {
     let bytes = bytes(path, left)?;
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    // Readers that panic on strange files have lost nothing that is used afterwards.
+    // If a parser panics on a malformed file, no state that is used later can be corrupted.
     let parsed =
         catch_unwind(|| parse(&ending, &bytes)).unwrap_or_else(|_| Err("cannot be read: it is damaged".into()));
     let surface = parsed?;
@@ -55,13 +55,13 @@ fn parse(ending: &str, bytes: &[u8]) -> Result<Surface, String> {
 }
 
 fn stl(bytes: &[u8]) -> Result<Surface, String> {
-    // Binary files say how many triangles follow; memory is not to be had for the asking. Files that begin with `solid`
-    // may be either.
+    // Binary files declare the number of triangles; check it, so that a file cannot request unlimited memory. Files that
+    // begin with `solid` may be text or binary.
     let said = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes).map(u64::from);
     let is_binary = said.is_some_and(|count| bytes.len() as u64 == 84 + 50 * count);
     let mut bytes = bytes.to_vec();
     if is_binary {
-        // The reader would take it for text by its first word.
+        // Otherwise the parser would treat the file as text because of its first word.
         bytes[..80].fill(0);
     } else if !bytes.trim_ascii_start().starts_with(b"solid") {
         return Err("cannot be read: neither text nor a binary STL of the stated length".into());

@@ -129,7 +129,7 @@ fn result(part: &Part, report: &DesignReport) -> String {
     text
 }
 
-/// How something stands to what it may be at most.
+/// How a value compares with its limit.
 enum Standing {
     Missed,
     /// Bits that a unit more would save.
@@ -202,7 +202,7 @@ fn capital(text: &str) -> String {
 /// How the search ended.
 fn verdict(report: &DesignReport) -> String {
     let how = match report.status {
-        // What starts found says nothing of what was chosen from catalogues.
+        // Agreement between starts says nothing about the choice from catalogues.
         DesignStatus::Converged if report.catalogue.is_some() => {
             "The search converged: this is an optimum among the catalogue entries.".into()
         }
@@ -345,9 +345,9 @@ fn changes(split: &[Split]) -> Markup {
     let head = words([
         "task",
         "change, bits",
-        "what the sensors see",
+        "sensor sensitivity",
         "how uncertainty propagates",
-        "how the plan changes",
+        "change of the plan",
         "jumps to other local minima",
     ]);
     let row = |of: &Split| {

@@ -123,7 +123,7 @@ fn least(quantity: &Quantity, axes: &[Axis]) -> String {
             format!("{} = {}", axis.parameter, crate::numbers::with_unit(axis.values[index], &axis.unit))
         })
         .collect();
-    let bound = quantity.bound.map_or_else(String::new, |bound| format!(" Its bound is {}.", number(bound)));
+    let bound = quantity.bound.map_or_else(String::new, |bound| format!(" Its limit is {}.", number(bound)));
     format!(
         "{}, {}: from {} at {} to {}.{bound}",
         quantity.name,

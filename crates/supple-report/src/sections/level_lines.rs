@@ -15,7 +15,7 @@ pub fn level_line(grid: &[Vec<f64>], level: f64, other: &[Vec<f64>]) -> Vec<[[f6
                 .collect();
             match crossings[..] {
                 [a, b] => lines.push([a, b]),
-                // A saddle: which of its corners belong together, the middle of the cell decides.
+                // A saddle: the value at the middle of the cell decides which corners are connected.
                 [a, b, c, d] => {
                     let middle = corners.iter().map(|&(c, r)| grid[r][c]).sum::<f64>() / 4.0;
                     let first_is_with_middle = (grid[row][column] >= level) == (middle >= level);

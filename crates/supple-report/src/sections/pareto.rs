@@ -64,7 +64,7 @@ impl Axis {
                 Self { title: format!("limit on the expected cost of {}", task.name), values }
             }
             _ => Self {
-                title: "bounds, relative to those of the task".into(),
+                title: "cost limits, relative to those of the task".into(),
                 values: front.points.iter().map(|point| point.factor).collect(),
             },
         }

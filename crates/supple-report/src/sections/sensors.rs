@@ -52,7 +52,8 @@ fn values(study: &Sensors, of: &str) -> Markup {
         [sensor.name.clone()].into_iter().chain(all).chain([remark.to_owned()]).collect::<Vec<_>>()
     };
     let rows: Vec<_> = sensors.into_iter().map(row).collect();
-    let head = ["sensor", "price", "saves alone", "saves beyond all", "bits alone", "bits beyond all", "remark"];
+    let head =
+        ["sensor", "price", "saves alone", "saves beyond the others", "bits alone", "bits beyond the others", "remark"];
     table(&format!("What each sensor is worth{of}"), &words(head), &rows)
 }
 
@@ -68,7 +69,7 @@ fn certificate(study: &Sensors) -> String {
         (None, SensorGoal::Information) => format!("No set within the limits gives more than {bound} bits."),
     };
     if let (None, Some(share)) = (study.options.cost, found.certified_ratio) {
-        // Rounded down: a share is certified.
+        // Rounded down, so that the certified share is not overstated.
         let percent = (1e4 * share).floor() / 100.0;
         text += &format!(" Greedy choice has at least {percent:.2} % of the best possible gain.");
     }

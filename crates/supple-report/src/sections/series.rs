@@ -74,8 +74,8 @@ pub fn sum(values: &[f64]) -> f64 {
     if values.is_empty() { f64::NAN } else { values.iter().sum() }
 }
 
-/// The vertical axes of panels, with a title; where a run diverges, their range is that about plans, so that these can
-/// still be read, and the title says how far the run goes.
+/// The vertical axes of panels, with a title; if a run diverges, their range is that of the plans, which thus remain
+/// readable, and the title states how far the run goes.
 pub fn upright(panels: usize, label: &str, (plans, runs): (&[f64], &[f64])) -> Map<String, Value> {
     let clip = clipped(plans, runs);
     let note = clip.map_or_else(String::new, |(_, worst)| format!(" (clipped: a run reaches {})", number(worst)));

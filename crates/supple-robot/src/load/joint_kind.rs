@@ -20,7 +20,7 @@ pub(super) fn joint_kind(at: Element, known: &[&str]) -> Result<JointKind, FileE
         found => {
             let known = known.contains(&found);
             let what = if known { "is not supported" } else { "is not a type of joint" };
-            let error = at.error_at("type", format!("type {} {what}; valid are {}", shown(found), listed(&VALID)));
+            let error = at.error_at("type", format!("type {} {what}; valid: {}", shown(found), listed(&VALID)));
             return Err(match near(found, &VALID) {
                 Some(help) if !known => error.with_help(help),
                 _ => error,

@@ -41,8 +41,7 @@ impl<'n> Names<'n> {
             let mut valid: Vec<_> = self.index.iter().map(|(name, index)| (*index, *name)).collect();
             valid.sort_unstable();
             let valid: Vec<_> = valid.into_iter().map(|(_, name)| name).collect();
-            let known =
-                if valid.is_empty() { "there are none".into() } else { format!("known are {}", listed(&valid)) };
+            let known = if valid.is_empty() { "there are none".into() } else { format!("known: {}", listed(&valid)) };
             let error = at.error_naming(name, format!("there is no {} {}; {known}", self.what, shown(name)));
             match near(name, &valid) {
                 Some(help) => error.with_help(help),

@@ -116,7 +116,7 @@ pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
     ] {
         if !(0.0..=greatest).contains(&number) {
             let most = if greatest.is_finite() { format!(" and at most {greatest:e}") } else { String::new() };
-            let message = format!("{name} must be at least 0{most}, and is {}", digits(number));
+            let message = format!("{name} must be at least 0{most}; found {}", digits(number));
             return Err(joint.at.error_about(name, message));
         }
     }
@@ -203,7 +203,7 @@ pub(super) fn warn_of_massless(
         if free && !carries[ends.child] && joint.own.armature == 0.0 {
             let child = shown(&joint.child.name);
             warnings.note("massless", joint.at, || {
-                format!("it moves link {child} and what hangs from it, and none of them has inertia")
+                format!("it moves link {child} and the links attached to it, none of which has inertia")
             });
         }
     }

@@ -33,7 +33,7 @@ pub(super) fn scan(text: &str) -> Result<Vec<usize>, Refusal> {
     for (sign, name) in [(b'<', "<"), (b'=', "=")] {
         let count = bytes.iter().filter(|&&byte| byte == sign).count();
         if count > MOST_SIGNS {
-            let message = format!("a robot file has at most {MOST_SIGNS} signs `{name}`; this one has {count}");
+            let message = format!("a robot file has at most {MOST_SIGNS} characters `{name}`; this one has {count}");
             return Err(Refusal { span: 0..0, message });
         }
     }

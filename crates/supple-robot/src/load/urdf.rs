@@ -142,7 +142,7 @@ fn mesh(at: Element, options: &LoadOptions, folder: &Path, warnings: &mut Warnin
         Some(found) => {
             let count = found.len();
             warnings.note("scale", mesh, || {
-                format!("`scale` must be 3 numbers, and has {count}: the mesh is drawn with the first of them")
+                format!("`scale` must have 3 numbers; found {count}: the mesh is drawn with the first one")
             });
             let first = found.first().copied().unwrap_or(1.0);
             [0, 1, 2].map(|axis| if count < 3 { first } else { found[axis] })

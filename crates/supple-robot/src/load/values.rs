@@ -66,7 +66,7 @@ impl<'a> Element<'a> {
             return Ok(*choice);
         }
         let words: Vec<_> = valid.iter().map(|(word, _)| *word).collect();
-        let error = self.error_in(place, format!("{} is {}; valid are {}", said(place), shown(found), listed(&words)));
+        let error = self.error_in(place, format!("{} is {}; valid: {}", said(place), shown(found), listed(&words)));
         Err(match near(found.trim(), &words) {
             Some(help) => error.with_help(help),
             None => error,
@@ -171,7 +171,7 @@ impl<'a> Element<'a> {
                 0 => "is empty".to_owned(),
                 count => format!("has {count}: {}", shown(text.trim())),
             };
-            self.error_in(place, format!("{} must be {expected}, and {found}", said(place)))
+            self.error_in(place, format!("{} must be {expected}, but {found}", said(place)))
         })
     }
 

@@ -83,7 +83,7 @@ impl Warnings {
     pub(super) fn unknown<T: AsRef<str>>(&mut self, element: Element, valid: &[T]) {
         let (tag, within) = (element.tag(), element.parent().map_or("", |parent| parent.tag()));
         self.add(format!("<{within}> <{tag}>"), element, || {
-            let valid = near(tag, valid).unwrap_or_else(|| format!("known are {}", listed(valid)));
+            let valid = near(tag, valid).unwrap_or_else(|| format!("known: {}", listed(valid)));
             Text::Note(format!("unknown {} in {} is ignored; {valid}", shown(tag), shown(within)))
         });
     }

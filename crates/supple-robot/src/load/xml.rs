@@ -145,7 +145,7 @@ fn explain(error: &Error, text: &str, unclosed: &[usize]) -> (Range<usize>, Stri
         Error::UnknownNamespace(prefix, _) if prefix == "xacro" => (at, XACRO.to_owned()),
         Error::UnknownNamespace(prefix, _) => {
             let prefix = clipped(prefix);
-            (at, format!("the prefix `{prefix}` is not declared; `xmlns:{prefix}` in an outer element does so"))
+            (at, format!("the prefix `{prefix}` is not declared; `xmlns:{prefix}` in an outer element declares it"))
         }
         Error::DuplicatedAttribute(name, _) => (at, format!("attribute {} is given twice", shown(name))),
         Error::UnexpectedCloseTag(open, found, _) => {
@@ -305,7 +305,7 @@ impl<'a> Element<'a> {
         let first = all.next();
         match (first, all.next()) {
             (Some(first), Some(second)) => Err(second.error(format!(
-                "there is at most one {} in a {}; the first is at {}",
+                "only one {} is allowed in a {}; the first is at {}",
                 shown(tag),
                 shown(self.tag()),
                 first.place()

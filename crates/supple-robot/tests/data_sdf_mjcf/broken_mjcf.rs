@@ -40,7 +40,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an unknown type",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint type='hinged'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:14: joint of body `a`: `type` is `hinged`; valid are `hinge`, `slide`, `ball`, `free` (did you mean `hinge`?)",
+        "robot.xml:4:14: joint of body `a`: `type` is `hinged`; valid: `hinge`, `slide`, `ball`, `free` (did you mean `hinge`?)",
     ),
     (
         "no mass",
@@ -70,17 +70,17 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "moments given twice",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 1' fullinertia='1 1 1 0 0 0'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:65: inertial of body `a`: moments are given by `diaginertia` or by `fullinertia`",
+        "robot.xml:5:65: inertial of body `a`: give either `diaginertia` or `fullinertia`, not both",
     ),
     (
         "full moments in other axes",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' euler='0 0 1' fullinertia='1 1 1 0 0 0'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:59: inertial of body `a`: `fullinertia` is in the body's axes, and goes with no orientation",
+        "robot.xml:5:59: inertial of body `a`: `fullinertia` is in the body's axes and excludes an orientation",
     ),
     (
         "two inertials",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:1: inertial of body `a`: there is at most one `inertial` in a body; the first is at line 4",
+        "robot.xml:5:1: inertial of body `a`: a body may have only one `inertial`; the first is at line 4",
     ),
     (
         "an inertial of the world",
@@ -95,12 +95,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an unknown class",
         "<mujoco><default><default class='strong'/></default>\n<worldbody>\n<body name='a'>\n<joint class='strnog'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:15: joint of body `a`: there is no class `strnog`; known are `main`, `strong` (did you mean `strong`?)",
+        "robot.xml:4:15: joint of body `a`: there is no class `strnog`; known: `main`, `strong` (did you mean `strong`?)",
     ),
     (
         "an unknown childclass",
         "<mujoco>\n<worldbody>\n<body childclass='x'/>\n</worldbody></mujoco>",
-        "robot.xml:3:19: body: there is no class `x`; known are `main`",
+        "robot.xml:3:19: body: there is no class `x`; known: `main`",
     ),
     (
         "a class twice",
@@ -130,17 +130,17 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an element twice in a class",
         "<mujoco><default><joint/>\n<joint/></default>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:2:1: joint: there is at most one `joint` in a `default`; the first is at line 1",
+        "robot.xml:2:1: joint: only one `joint` is allowed in a `default`; the first is at line 1",
     ),
     (
         "an unknown joint that follows",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='jj' joint2='j'/></equality></mujoco>",
-        "robot.xml:7:16: joint: there is no joint `jj`; known are `j` (did you mean `j`?)",
+        "robot.xml:7:16: joint: there is no joint `jj`; known: `j` (did you mean `j`?)",
     ),
     (
         "an unknown joint that is followed",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='k'/></equality></mujoco>",
-        "robot.xml:7:27: joint: there is no joint `k`; known are `j`",
+        "robot.xml:7:27: joint: there is no joint `k`; known: `j`",
     ),
     (
         "a joint that follows none",
@@ -210,12 +210,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "too few numbers",
         "<mujoco>\n<worldbody>\n<body pos='1 2'/>\n</worldbody></mujoco>",
-        "robot.xml:3:12: body: `pos` must be 3 numbers, and has 2: `1 2`",
+        "robot.xml:3:12: body: `pos` must be 3 numbers, but has 2: `1 2`",
     ),
     (
         "too many numbers",
         "<mujoco>\n<worldbody>\n<body euler='1 2 3 4'/>\n</worldbody></mujoco>",
-        "robot.xml:3:14: body: `euler` must be 3 numbers, and has 4: `1 2 3 4`",
+        "robot.xml:3:14: body: `euler` must be 3 numbers, but has 4: `1 2 3 4`",
     ),
     (
         "no number",
@@ -240,22 +240,22 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an unknown unit of angles",
         "<mujoco><compiler angle='degrees'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:1:26: compiler: `angle` is `degrees`; valid are `radian`, `degree` (did you mean `degree`?)",
+        "robot.xml:1:26: compiler: `angle` is `degrees`; valid: `radian`, `degree` (did you mean `degree`?)",
     ),
     (
         "a misspelt unit of angles",
         "<mujoco><compiler meshdir='m' angel='radian'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:1:38: compiler: attribute `angel` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 16 more (did you mean `angle`?)",
+        "robot.xml:1:38: compiler: attribute `angel` is not known; valid: `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 16 more (did you mean `angle`?)",
     ),
     (
         "a setting that is like no other",
         "<mujoco>\n<compiler qq='1'/><worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:2:15: compiler: attribute `qq` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 16 more",
+        "robot.xml:2:15: compiler: attribute `qq` is not known; valid: `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 16 more",
     ),
     (
         "an unknown sequence of axes",
         "<mujoco><compiler eulerseq='xyw'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:1:29: compiler: `eulerseq` is three letters of `xyzXYZ`, and this is `xyw`",
+        "robot.xml:1:29: compiler: `eulerseq` must be three letters of `xyzXYZ`; found `xyw`",
     ),
     (
         "global coordinates",
@@ -265,12 +265,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a total mass",
         "<mujoco><compiler settotalmass='5'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:2:1: worldbody: `settotalmass` scales the masses of the bodies in it, and they have none",
+        "robot.xml:2:1: worldbody: `settotalmass` requires bodies with mass",
     ),
     (
         "a negative bound",
         "<mujoco><compiler boundmass='-5'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:1:30: compiler: `boundmass` must be at least 0, and is -5",
+        "robot.xml:1:30: compiler: `boundmass` must be at least 0; found -5",
     ),
     (
         "an empty range",
@@ -285,12 +285,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "limits without a range",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint limited='true'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:17: joint of body `a`: it is limited, and has no `range`",
+        "robot.xml:4:17: joint of body `a`: it is limited but has no `range`",
     ),
     (
         "a range that is not said to limit",
         "<mujoco><compiler autolimits='false'/>\n<worldbody>\n<body name='a'>\n<joint range='0 1'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:15: joint of body `a`: with `autolimits` off, a `range` goes with `limited`, which is \"true\" or \"false\"",
+        "robot.xml:4:15: joint of body `a`: with `autolimits` off, `range` requires `limited`, \"true\" or \"false\"",
     ),
     (
         "an axis of a joint of length 0",
@@ -300,7 +300,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "negative damping",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint damping='-1'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:17: joint of body `a`: damping must be at least 0 and at most 1e30, and is -1",
+        "robot.xml:4:17: joint of body `a`: damping must be at least 0 and at most 1e30; found -1",
     ),
     (
         "damping that is not linear",
@@ -345,7 +345,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a size of 0",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom type='box' size='1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:24: geom of body `a`: number 3 of `size` must be positive, and is 0",
+        "robot.xml:5:24: geom of body `a`: number 3 of `size` must be positive; found 0",
     ),
     (
         "too many sizes",
@@ -355,7 +355,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a negative mass of a geom",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' mass='-1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:22: geom of body `a`: `mass` must be at least 0, and is -1",
+        "robot.xml:5:22: geom of body `a`: `mass` must be at least 0; found -1",
     ),
     (
         "a place given twice",
@@ -370,7 +370,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a sphere between two points",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' fromto='0 0 0 1 0 0'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:24: geom of body `a`: `fromto` is for a `capsule`, `cylinder`, `box` or `ellipsoid`, and this is a `sphere`",
+        "robot.xml:5:24: geom of body `a`: `fromto` requires a `capsule`, `cylinder`, `box` or `ellipsoid`; found `sphere`",
     ),
     (
         "two sites of one name",
@@ -400,7 +400,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an actuator of an unknown joint",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='jj'/></actuator></mujoco>",
-        "robot.xml:6:15: motor: there is no joint `jj`; known are `j`, `k` (did you mean `j`?)",
+        "robot.xml:6:15: motor: there is no joint `jj`; known: `j`, `k` (did you mean `j`?)",
     ),
     (
         "two actuators of a name",
@@ -410,7 +410,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an actuator of an unknown class",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' class='x'/></actuator></mujoco>",
-        "robot.xml:6:25: motor: there is no class `x`; known are `main`",
+        "robot.xml:6:25: motor: there is no class `x`; known: `main`",
     ),
     (
         "a gear that is not a number",
@@ -425,7 +425,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "too long a gear",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' gear='1 2 3 4 5 6 7'/></actuator></mujoco>",
-        "robot.xml:6:24: motor: `gear` is at most 6 numbers, and has 7",
+        "robot.xml:6:24: motor: `gear` must have at most 6 numbers; found 7",
     ),
     (
         "a control range upside down",
@@ -435,27 +435,27 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a control range of three",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' ctrlrange='1 2 3'/></actuator></mujoco>",
-        "robot.xml:6:29: motor: `ctrlrange` must be 2 numbers, and has 3: `1 2 3`",
+        "robot.xml:6:29: motor: `ctrlrange` must be 2 numbers, but has 3: `1 2 3`",
     ),
     (
         "a limit of the force without a range",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' forcelimited='true'/></actuator></mujoco>",
-        "robot.xml:6:32: motor: it is limited, and has no `forcerange`",
+        "robot.xml:6:32: motor: it is limited but has no `forcerange`",
     ),
     (
         "an unknown word for limited",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' ctrllimited='yes'/></actuator></mujoco>",
-        "robot.xml:6:31: motor: `ctrllimited` is `yes`; valid are `true`, `false`, `auto`",
+        "robot.xml:6:31: motor: `ctrllimited` is `yes`; valid: `true`, `false`, `auto`",
     ),
     (
         "negative damping of an actuator",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='j' kv='-1'/></actuator></mujoco>",
-        "robot.xml:6:25: position: `kv` must be at least 0, and is -1",
+        "robot.xml:6:25: position: `kv` must be at least 0; found -1",
     ),
     (
         "damping of an actuator twice",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='j' kv='1' dampratio='1'/></actuator></mujoco>",
-        "robot.xml:6:39: position: damping is given by `kv` or by `dampratio`",
+        "robot.xml:6:39: position: give either `kv` or `dampratio`, not both",
     ),
     (
         "too many numbers of a gain",
@@ -465,7 +465,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an unknown gain",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<general joint='j' gaintype='fix'/></actuator></mujoco>",
-        "robot.xml:6:30: general: `gaintype` is `fix`; valid are `fixed`, `affine`, `muscle`, `user`, `dcmotor` (did you mean `fixed`?)",
+        "robot.xml:6:30: general: `gaintype` is `fix`; valid: `fixed`, `affine`, `muscle`, `user`, `dcmotor` (did you mean `fixed`?)",
     ),
     (
         "a range that is not there to inherit",
@@ -475,12 +475,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a range by itself and inherited",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='j' inheritrange='1' ctrlrange='0 1'/></actuator></mujoco>",
-        "robot.xml:6:35: position: the range is given by `ctrlrange` or by `inheritrange`",
+        "robot.xml:6:35: position: give either `ctrlrange` or `inheritrange`, not both",
     ),
     (
         "a sensor of an unknown joint",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<jointpos name='s' joint='x'/></sensor></mujoco>",
-        "robot.xml:6:27: jointpos `s`: there is no joint `x`; known are `j`, `k`",
+        "robot.xml:6:27: jointpos `s`: there is no joint `x`; known: `j`, `k`",
     ),
     (
         "a sensor of no joint",
@@ -495,12 +495,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a sensor of an unknown body",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<framequat objtype='xbody' objname='b'/></sensor></mujoco>",
-        "robot.xml:6:37: framequat: there is no body `b`; known are `a`, `a/j`, `world`",
+        "robot.xml:6:37: framequat: there is no body `b`; known: `a`, `a/j`, `world`",
     ),
     (
         "a sensor of an unknown kind of thing",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<framequat objtype='link' objname='a'/></sensor></mujoco>",
-        "robot.xml:6:21: framequat: `objtype` is `link`; valid are `body`, `xbody`, `geom`, `site`, `camera`",
+        "robot.xml:6:21: framequat: `objtype` is `link`; valid: `body`, `xbody`, `geom`, `site`, `camera`",
     ),
     (
         "a sensor of an unknown actuator",
@@ -535,7 +535,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a box without size",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body><geom name='box' type='box'/>\n</worldbody>\n</mujoco>",
-        "robot.xml:3:135: geom `box`: number 1 of `size` must be positive, and is 0",
+        "robot.xml:3:135: geom `box`: number 1 of `size` must be positive; found 0",
     ),
     (
         "two walls of a name",

@@ -18,7 +18,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "two worlds",
         "<sdf version='1.7'><world name='v'/>\n<world name='w'/></sdf>",
-        "robot.xml:2:1: world `w`: there is at most one `world` in a `sdf`; the first is at line 1",
+        "robot.xml:2:1: world `w`: only one `world` is allowed in a `sdf`; the first is at line 1",
     ),
     (
         "a model without links",
@@ -48,7 +48,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a joint in the world",
         "<sdf version='1.7'><world name='w'>\n<joint name='j'/></world></sdf>",
-        "robot.xml:2:1: joint `j`: joints are in a model; one in a world is not supported",
+        "robot.xml:2:1: joint `j`: joints outside a model are not supported",
     ),
     (
         "a document type",
@@ -58,32 +58,32 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a ball joint",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='ball'>\n<parent>a</parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:5:23: joint `j`: type `ball` is not supported; valid are `fixed`, `revolute`, `continuous`, `prismatic`",
+        "robot.xml:5:23: joint `j`: type `ball` is not supported; valid: `fixed`, `revolute`, `continuous`, `prismatic`",
     ),
     (
         "a universal joint",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='universal'>\n<parent>a</parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:5:23: joint `j`: type `universal` is not supported; valid are `fixed`, `revolute`, `continuous`, `prismatic`",
+        "robot.xml:5:23: joint `j`: type `universal` is not supported; valid: `fixed`, `revolute`, `continuous`, `prismatic`",
     ),
     (
         "a screw",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='screw'>\n<parent>a</parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:5:23: joint `j`: type `screw` is not supported; valid are `fixed`, `revolute`, `continuous`, `prismatic`",
+        "robot.xml:5:23: joint `j`: type `screw` is not supported; valid: `fixed`, `revolute`, `continuous`, `prismatic`",
     ),
     (
         "a gearbox",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='gearbox'>\n<parent>a</parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:5:23: joint `j`: type `gearbox` is not supported; valid are `fixed`, `revolute`, `continuous`, `prismatic`",
+        "robot.xml:5:23: joint `j`: type `gearbox` is not supported; valid: `fixed`, `revolute`, `continuous`, `prismatic`",
     ),
     (
         "a joint with two axes",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute2'>\n<parent>a</parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:5:23: joint `j`: type `revolute2` is not supported; valid are `fixed`, `revolute`, `continuous`, `prismatic`",
+        "robot.xml:5:23: joint `j`: type `revolute2` is not supported; valid: `fixed`, `revolute`, `continuous`, `prismatic`",
     ),
     (
         "a type that is misspelt",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolut'>\n<parent>a</parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:5:23: joint `j`: type `revolut` is not a type of joint; valid are `fixed`, `revolute`, `continuous`, `prismatic` (did you mean `revolute`?)",
+        "robot.xml:5:23: joint `j`: type `revolut` is not a type of joint; valid: `fixed`, `revolute`, `continuous`, `prismatic` (did you mean `revolute`?)",
     ),
     (
         "a joint without a type",
@@ -108,7 +108,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an unknown parent",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='fixed'>\n<parent>c</parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:6:9: parent of joint `j`: there is no link, joint or frame `c`; known are `__model__`, `a`, `b`, `j`",
+        "robot.xml:6:9: parent of joint `j`: there is no link, joint or frame `c`; known: `__model__`, `a`, `b`, `j`",
     ),
     (
         "a child in another model",
@@ -158,7 +158,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an axis in an unknown frame",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<xyz expressed_in='c'>0 0 1</xyz></axis></joint>\n</model></sdf>",
-        "robot.xml:9:20: xyz of joint `j`: there is no link, joint or frame `c`; known are `__model__`, `a`, `b`, `j`",
+        "robot.xml:9:20: xyz of joint `j`: there is no link, joint or frame `c`; known: `__model__`, `a`, `b`, `j`",
     ),
     (
         "limits in the wrong order",
@@ -178,22 +178,22 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "negative damping",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<xyz>0 0 1</xyz>\n<dynamics>\n<damping>-1</damping></dynamics></axis></joint>\n</model></sdf>",
-        "robot.xml:11:1: damping of joint `j`: damping must be at least 0 and at most 1e30, and is -1",
+        "robot.xml:11:1: damping of joint `j`: damping must be at least 0 and at most 1e30; found -1",
     ),
     (
         "negative stiffness",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<xyz>0 0 1</xyz>\n<dynamics>\n<spring_stiffness>-1</spring_stiffness></dynamics></axis></joint>\n</model></sdf>",
-        "robot.xml:5:1: joint `j`: stiffness must be at least 0 and at most 1e30, and is -1",
+        "robot.xml:5:1: joint `j`: stiffness must be at least 0 and at most 1e30; found -1",
     ),
     (
         "an unknown joint that is followed",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<xyz>0 0 1</xyz>\n<mimic joint='k'/></axis></joint>\n</model></sdf>",
-        "robot.xml:10:15: mimic of joint `j`: there is no joint `k`; known are `j`",
+        "robot.xml:10:15: mimic of joint `j`: there is no joint `k`; known: `j`",
     ),
     (
         "a second axis that is followed",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<xyz>0 0 1</xyz>\n<mimic joint='j' axis='axis2'/></axis></joint>\n</model></sdf>",
-        "robot.xml:10:24: mimic of joint `j`: a joint has one `axis` here, and `axis2` is not it",
+        "robot.xml:10:24: mimic of joint `j`: only one `axis` per joint is supported; `axis2` is not",
     ),
     (
         "a joint that follows itself",
@@ -218,12 +218,12 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a frame attached to what is unknown",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<frame name='f' attached_to='aa'/>\n</model></sdf>",
-        "robot.xml:5:30: frame `f`: there is no link, joint or frame `aa`; known are `__model__`, `a`, `b`, `f` (did you mean `a`?)",
+        "robot.xml:5:30: frame `f`: there is no link, joint or frame `aa`; known: `__model__`, `a`, `b`, `f` (did you mean `a`?)",
     ),
     (
         "a place relative to what is unknown",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose relative_to='base'>0 0 0 0 0 0</pose></link>\n</model></sdf>",
-        "robot.xml:4:20: pose of link `a`: there is no link, joint or frame `base`; known are `__model__`, `a` (did you mean `a`?)",
+        "robot.xml:4:20: pose of link `a`: there is no link, joint or frame `base`; known: `__model__`, `a` (did you mean `a`?)",
     ),
     (
         "two links of one name",
@@ -238,7 +238,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a frame called world",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'/>\n<frame name='world'/>\n</model></sdf>",
-        "robot.xml:4:14: frame `world`: `world` is the name of the world, and of nothing else",
+        "robot.xml:4:14: frame `world`: the name `world` is reserved for the world frame",
     ),
     (
         "a link without a name",
@@ -248,12 +248,12 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "two poses",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose>0 0 0 0 0 0</pose>\n<pose>0 0 0 0 0 0</pose></link>\n</model></sdf>",
-        "robot.xml:5:1: pose of link `a`: there is at most one `pose` in a `link`; the first is at line 4",
+        "robot.xml:5:1: pose of link `a`: only one `pose` is allowed in a `link`; the first is at line 4",
     ),
     (
         "a pose of three numbers",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose>0 0 0</pose></link>\n</model></sdf>",
-        "robot.xml:4:7: pose of link `a`: its value must be 6 numbers, and has 3: `0 0 0`",
+        "robot.xml:4:7: pose of link `a`: its value must be 6 numbers, but has 3: `0 0 0`",
     ),
     (
         "a pose that is not a numbers",
@@ -268,12 +268,12 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a quaternion in degrees",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose rotation_format='quat_xyzw' degrees='true'>0 0 0 0 0 0 1</pose></link>\n</model></sdf>",
-        "robot.xml:4:44: pose of link `a`: a quaternion is not in degrees",
+        "robot.xml:4:44: pose of link `a`: `degrees` does not apply to a quaternion",
     ),
     (
         "an unknown format of rotations",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose rotation_format='quat'>0 0 0 0 0 0 1</pose></link>\n</model></sdf>",
-        "robot.xml:4:24: pose of link `a`: `rotation_format` is `quat`; valid are `euler_rpy`, `quat_xyzw` (did you mean `quat_xyzw`?)",
+        "robot.xml:4:24: pose of link `a`: `rotation_format` is `quat`; valid: `euler_rpy`, `quat_xyzw` (did you mean `quat_xyzw`?)",
     ),
     (
         "a negative mass",
@@ -298,17 +298,17 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a centre of mass in another frame",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<link name='c'><inertial>\n<pose relative_to='a'/></inertial></link>\n</model></sdf>",
-        "robot.xml:6:20: pose of link `c`: a centre of mass is placed in its own link, and not in `a`",
+        "robot.xml:6:20: pose of link `c`: a centre of mass must be given in its own link, not in `a`",
     ),
     (
         "a flag that is none",
         "<sdf version='1.9'>\n<model name='m'>\n<static>maybe</static>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n</model></sdf>",
-        "robot.xml:3:9: static of model `m`: its value is `maybe`; valid are `true`, `false`, `1`, `0`, `True`, `False`",
+        "robot.xml:3:9: static of model `m`: its value is `maybe`; valid: `true`, `false`, `1`, `0`, `True`, `False`",
     ),
     (
         "an unknown canonical link",
         "<sdf version='1.9'>\n<model name='m' canonical_link='c'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n</model></sdf>",
-        "robot.xml:2:33: model `m`: there is no link, joint or frame `c`; known are `__model__`, `a`, `b`",
+        "robot.xml:2:33: model `m`: there is no link, joint or frame `c`; known: `__model__`, `a`, `b`",
     ),
     (
         "a canonical link that is none",
@@ -318,17 +318,17 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an unknown placement frame",
         "<sdf version='1.9'>\n<model name='m' placement_frame='c'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n</model></sdf>",
-        "robot.xml:2:34: model `m`: there is no link, joint or frame `c`; known are `__model__`, `a`, `b`",
+        "robot.xml:2:34: model `m`: there is no link, joint or frame `c`; known: `__model__`, `a`, `b`",
     ),
     (
         "a model placed in another frame",
         "<sdf version='1.9'>\n<model name='m'>\n<pose relative_to='table'/>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n</model></sdf>",
-        "robot.xml:3:20: pose of model `m`: a model is placed in the world, and not relative to `table`",
+        "robot.xml:3:20: pose of model `m`: the pose of a model must be relative to the world, not to `table`",
     ),
     (
         "gravity of two numbers",
         "<sdf version='1.7'><world name='w'>\n<gravity>0 0</gravity><model name='m'><link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n</model></world></sdf>",
-        "robot.xml:2:10: gravity of world `w`: its value must be 3 numbers, and has 2: `0 0`",
+        "robot.xml:2:10: gravity of world `w`: its value must be 3 numbers, but has 2: `0 0`",
     ),
     (
         "a mesh without a name",

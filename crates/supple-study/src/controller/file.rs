@@ -21,7 +21,7 @@ pub struct ControllerFile {
     pub supple: &'static str,
     /// Name of the task.
     pub task: String,
-    /// How its plan ended; only of a `converged` one the controller is of use.
+    /// How its plan ended; the controller is only useful if it `converged`.
     pub status: PlanStatus,
     /// All parameters of the design.
     pub parameters: Named,

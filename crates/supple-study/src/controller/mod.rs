@@ -201,9 +201,10 @@ fn evaluation(folder: &Folder, at: Option<At>) -> Result<&Evaluation, StudyError
         (StudyResult::Design(report), Some(At::Start)) => Ok(&report.start),
         (StudyResult::Design(report), Some(At::Optimum) | None) => Ok(&report.optimum),
         (StudyResult::Evaluate(report), None) => Ok(&report.evaluation),
-        (StudyResult::Evaluate(_), Some(_)) => {
-            Err(wrong(folder, "is of `supple evaluate` and holds one design: only those of `supple design` have two"))
-        }
+        (StudyResult::Evaluate(_), Some(_)) => Err(wrong(
+            folder,
+            "is from `supple evaluate` and holds one design; only results of `supple design` hold two",
+        )),
         (other, _) => {
             let kind = other.kind();
             let needs = "a controller is taken from one of `supple design` or `supple evaluate`";

@@ -1,5 +1,5 @@
-//! Journals: a file in the folder of a study that holds what the study is, and what of it is done. Every change of it
-//! is whole or not there at all, whenever the program or the machine ends.
+//! Journals: a file in the folder of a study that records its identity and its completed parts. Every change is
+//! atomic, whenever the program or the machine stops.
 
 mod identity;
 mod open;
@@ -113,7 +113,7 @@ impl Drop for Journal {
 /// A failure of the database as one of the journal.
 fn failed(path: &Path, error: redb::Error) -> StudyError {
     match error {
-        // What the file says of itself is wrong, or it ends too early.
+        // The file contradicts itself or is truncated.
         redb::Error::Io(error) if matches!(error.kind(), ErrorKind::InvalidData | ErrorKind::UnexpectedEof) => {
             damaged(path, error)
         }

@@ -22,7 +22,7 @@ const CACHE: usize = 64 << 20;
 const SUPPLE: &str = env!("CARGO_PKG_VERSION");
 
 /// # Errors
-/// Where a name leads elsewhere: a journal is written in place, and what it leads to would be overwritten.
+/// If the path is a link: a journal is written in place, so the link's target would be overwritten.
 fn is_no_link(path: &Path) -> Result<(), StudyError> {
     match std::fs::symlink_metadata(path) {
         Ok(about) if !about.is_file() => {
@@ -89,7 +89,7 @@ impl Journal {
         let mut journal = Self::on(&new, file)?;
         journal.with(of)?;
         std::fs::rename(&new, &path).map_err(io)?;
-        // So that the name outlives a loss of power; not all systems can.
+        // So that the name survives a power loss; not all systems support this.
         let _ = File::open(folder).and_then(|folder| folder.sync_all());
         journal.path = path;
         Ok(Some(journal))
@@ -157,8 +157,8 @@ impl Drop for EndOnDrop {
     }
 }
 
-/// Works with a database on a trial, and leaves it without closing it: closing reclaims pages, and what panics there in a
-/// damaged journal panics once more while it is cleaned up, which ends the program.
+/// Works on a database in a trial, and drops it in a failed state instead of closing it: closing reclaims pages, which
+/// may panic on a damaged journal, and again during unwinding, which would abort the program.
 fn on_trial<T, E>(
     trial: Trial,
     failed: impl FnOnce(redb::Error) -> E,
@@ -170,7 +170,7 @@ fn on_trial<T, E>(
     let end = EndOnDrop(ended);
     let result = work(&mut database);
     drop(end);
-    // The database meets the end of its file, and writes nothing more.
+    // The trial has ended, so this fails; from then on, the database writes nothing, not even when dropped.
     let _ = database.check_integrity();
     result
 }

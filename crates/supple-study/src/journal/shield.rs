@@ -4,14 +4,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
 thread_local! {
-    /// Whether panics of this thread are errors that somebody takes.
+    /// Whether panics of this thread are caught and turned into errors.
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
 static HOOK: Once = Once::new();
 
-/// Does work of a library that panics where a file is damaged in a way that it does not look for; what it says then is
-/// the error, and nothing is printed. Panics of all other work are as they were.
+/// Runs code of a library that panics on some kinds of file damage; the panic message becomes
+/// the error, and nothing is printed. Panics elsewhere are not affected.
 pub(super) fn shielded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     HOOK.call_once(|| {
         let before = take_hook();

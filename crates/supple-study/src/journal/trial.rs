@@ -34,7 +34,7 @@ impl Ended {
 #[derive(Debug)]
 struct State {
     file: File,
-    /// Bytes of the file that are still to be seen; the rest was cut off.
+    /// Bytes of the file that are still visible; the rest was truncated.
     kept: u64,
     len: u64,
     /// Blocks that were written, by number.

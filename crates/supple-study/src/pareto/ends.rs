@@ -7,7 +7,7 @@ use crate::StudyError;
 pub(super) struct Ends {
     /// The least information without bounds.
     pub loose: StartSummary,
-    /// The factor up from which no bound matters.
+    /// The smallest factor at which no cost limit is active.
     pub loose_factor: f64,
     /// The least cost of any design.
     pub tight: StartSummary,

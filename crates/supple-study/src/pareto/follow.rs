@@ -91,7 +91,7 @@ fn searches(front: &Front, ends: &Ends, factors: &[f64], up: bool) -> Result<Vec
     Ok(found)
 }
 
-/// Factors from the tight end to the loose one; their distances to the tight end have evenly spread roots.
+/// Factors from the tight end to the loose one; the square roots of their distances to the tight end are evenly spaced.
 fn factors(ends: &Ends, count: usize) -> Vec<f64> {
     let Ends { tight_factor: tight, loose_factor: loose, .. } = *ends;
     if loose - tight <= NARROW * loose.abs() {
@@ -118,7 +118,7 @@ fn tight_end(front: &Front, ends: &Ends) -> Result<StartSummary, StudyError> {
         let aim = Aim::Information { factor: ends.tight_factor };
         return Ok(front.searcher(aim).assess(&ends.tight.to, &ends.tight.controls)?);
     }
-    // The cost has no slope there along parameters within their range, so that no price balances the information's.
+    // There, the cost's gradient vanishes along interior parameters, so that no finite price balances the information.
     let mut summary = ends.tight.clone();
     let bounds = front.task.problem.tasks.iter().map(|task| task.bound);
     summary.multipliers = bounds.map(|bound| if bound.is_some() { f64::NAN } else { 0.0 }).collect();
@@ -135,8 +135,8 @@ fn search(
     front.part(name, || searcher.search_from(&from.to, &from.controls, number))
 }
 
-/// Sees that no point needs more information than a tighter one, whose design it could use: searches on from that
-/// design, and takes up the better of what is found and the design itself.
+/// Ensures that no point needs more information than a tighter one, whose design it could use: repeats its search from that
+/// design, and keeps the better of the result and the design itself.
 fn mend(front: &Front, points: &mut [Point]) -> Result<(), StudyError> {
     let count = points.len();
     for index in 1..count {
@@ -160,8 +160,8 @@ fn mend(front: &Front, points: &mut [Point]) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// The point at an end of the front, also once the study is stopped: all that was to end has ended, and what was found is
-/// still to be shown.
+/// The point at an end of the front. Also computed after a stop: both ends are complete, and what was found
+/// has to be reported.
 fn end(
     front: &Front,
     factor: f64,

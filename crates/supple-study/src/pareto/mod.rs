@@ -2,7 +2,7 @@
 //!
 //! All bounds are one factor times those of the task. At the front's unconstrained end the factor is just so large that
 //! no bound matters; at its tight end it is the least that any design meets. Between them the front is followed from
-//! both ends, each point's search beginning at its neighbour's design and plans, and anew where neither leads to an
+//! both ends; each point's search is warm-started from its neighbour, and restarted if neither direction leads to an
 //! optimum.
 
 mod ends;
@@ -87,7 +87,7 @@ pub struct ParetoPoint {
     /// value is taken from these.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub price: Option<f64>,
-    /// Parameters at an end of their range.
+    /// Parameters at a bound of their range.
     pub at_ends: Vec<String>,
     /// Why its numbers cannot be trusted, for people: a cost wants a force from a contact that a plan never touches.
     #[serde(default)]
@@ -99,10 +99,10 @@ const MOST_POINTS: usize = 10_000;
 
 /// Follows the front by continuation, by sequential quadratic programming with the task's other settings.
 ///
-/// The square root of a point's distance to the tight end, in factors, grows evenly along the front: near that end
-/// information falls as the root of the room that the bounds give. Of three points and more one has the factor 1, where
-/// that lies between the ends. Every point needs no more information than those that are tighter: where a search found
-/// less at a tighter point, that point's design is taken up. Points that were found until it is stopped are kept;
+/// The square root of a point's distance to the tight end, in factors, is evenly spaced along the front: near that end,
+/// information falls with the square root of the slack in the limits. With three or more points, one has factor 1, if
+/// it lies between the ends. No point needs more information than a tighter one: if a search found less
+/// less information at a tighter point, that design is used. Points found before a stop are kept;
 /// with a folder, a journal there keeps the searches that ended, and the same study resumes from it.
 ///
 /// # Errors
@@ -209,8 +209,8 @@ fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
     Ok(bounds.into_iter().map(|bound| bound.unwrap_or(f64::INFINITY)).collect())
 }
 
-/// The task's settings, for the one method that knows all aims; by total gradients, along plans that have none by
-/// frozen ones.
+/// The task's settings, for the one method that supports all aims; with total gradients, or frozen ones if plans have
+/// no total gradients.
 fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings, StudyError> {
     let gradient = match task.problem.planning.plan.has_total_gradient() {
         true => GradientKind::Total,
@@ -225,7 +225,7 @@ fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings
 fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
     let Point { factor, summary, information, warnings } = point;
     let parameters = &task.problem.parameters;
-    // At a tight end no limit has a finite price, but what is below its limit has none at all.
+    // At a tight end, no active limit has a finite price; limits that are not active have price 0.
     let is_below = |cost: f64, bound: f64| cost < factor * bound * (1.0 - task.problem.design.feasibility);
     let each = summary.multipliers.iter().zip(&summary.costs).zip(bounds);
     let prices = each

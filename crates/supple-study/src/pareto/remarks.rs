@@ -10,7 +10,7 @@ use crate::LoadedTask;
 pub struct Remark {
     /// In words, with units as the task file writes them.
     pub text: String,
-    /// What it is made of, where it says that a parameter is at an end of its range.
+    /// The data behind the text, if the remark is that a parameter is at a bound of its range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<RangeEnd>,
 }
@@ -71,7 +71,7 @@ pub(super) fn remarks(task: &LoadedTask, ends: &Ends, points: &[ParetoPoint]) ->
     }
     for (index, one) in task.problem.tasks.iter().enumerate().filter(|(_, one)| one.bound.is_some()) {
         let is_active = |point: &ParetoPoint| point.prices[index].is_nan() || point.prices[index] > 0.0;
-        remarks.push(format!("the bound of {} is {}", one.name, placed(points, "active", is_active)).into());
+        remarks.push(format!("the cost limit of {} is {}", one.name, placed(points, "active", is_active)).into());
     }
     let parameters = &task.problem.parameters;
     for index in parameters.design() {

@@ -126,7 +126,7 @@ impl Place {
                 let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
                 let controls = &nominal.plan.trajectory.controls;
                 let planned = plan_at(problem, task, &phi, Some(controls), attempts, &mut state);
-                // Where the model changed too much for the nominal plan to be of use, the task's guesses have to do.
+                // If the model changed too much for the nominal plan to be a good warm start, use the task's guesses.
                 if planned.is_err() || !state.plan.status.is_converged() {
                     plan_at(problem, task, &phi, None, attempts, &mut state)?;
                 }

@@ -31,7 +31,7 @@ pub struct RobustnessOptions {
     pub vary: crate::sweep::Axis,
     /// Roll-outs at every point.
     pub rollouts: usize,
-    /// Seed of the roll-outs; all designs see the same random numbers.
+    /// Seed of the roll-outs; all designs use the same random numbers.
     pub seed: u64,
 }
 
@@ -87,9 +87,9 @@ pub struct RobustDesign {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlannedFor {
-    /// The noise that the task gives, whatever the truth is.
+    /// The nominal noise in the task, whatever the true noise is.
     Nominal,
-    /// The noise that there is.
+    /// The true noise.
     Truth,
 }
 
@@ -133,7 +133,7 @@ pub struct Comparison {
     pub task: usize,
     /// What controllers are planned for.
     pub planned_for: PlannedFor,
-    /// Index of the design that is asked about: the optimum where there is one, or else the last.
+    /// Index of the design of interest: the optimum if there is one, otherwise the last.
     pub design: usize,
     /// Index of the design that it is compared with.
     pub other: usize,
@@ -171,9 +171,9 @@ pub struct Paired {
 
 /// Makes a study of robustness.
 ///
-/// Every design is planned on the cheapest branch of local minima that a search at the nominal parameters finds. What
-/// is planned for the truth is planned again at every level, in the same way. Cells that were computed until it is
-/// stopped are kept; with a folder, a journal there keeps them as well, and the same study resumes from it.
+/// Every design is planned on the cheapest local minimum that a search at the nominal parameters finds. Controllers
+/// planned for the true noise are re-planned at every level in the same way. Cells computed before a
+/// stop are kept; with a folder, a journal there stores them as well, and the same study resumes from it.
 ///
 /// # Errors
 /// Where a parameter is unknown, the varied one is the design's to choose or is set by a design, or a design cannot be

@@ -44,7 +44,7 @@ pub struct SensorsOptions {
     pub budget: Option<f64>,
     /// Sensors at most.
     pub count: Option<usize>,
-    /// The expected cost may be at most this: the cheapest set within it is chosen; the smallest where nothing has a
+    /// Limit on the expected cost: selects the cheapest set within it, or the smallest set if no sensor has a
     /// price.
     pub cost: Option<f64>,
     /// What is chosen for.
@@ -103,7 +103,7 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
     options.check()?;
     let (mut selection, kinds) = selection(task, options.task.as_deref())?;
     if options.cost.is_some() && selection.candidates.iter().all(|candidate| candidate.price == 0.0) {
-        // The cheapest set is then the smallest.
+        // With unit prices, the cheapest set is the smallest.
         selection.candidates.iter_mut().for_each(|candidate| candidate.price = 1.0);
     }
     let (goal, limits) = (options.goal(), options.limits());
@@ -187,7 +187,7 @@ fn search(selection: &Selection, options: &SensorsOptions, watch: Watch) -> Resu
         watch.progress.advance(1);
         !watch.is_stopped()
     };
-    // What it has found when it is stopped is a result, with a certificate.
+    // Even if stopped, the best set so far is a result with a certificate.
     let found = selection.branch_and_bound(goal, limits, most, &mut going)?;
     let (bound, proved) = (found.bound, found.proved);
     Ok(Some(Searched { chosen: found.chosen, kind: Search::BranchAndBound, bound, proved }))

@@ -80,8 +80,8 @@ pub struct Certificate {
     /// No set does better, by the relaxed problem alone.
     #[serde(deserialize_with = "supple::or_nan")]
     pub bound: f64,
-    /// The greedy set has at least this share of the best possible gain over no candidate; of prices, the bound over its
-    /// price. None without a greedy set.
+    /// Certified lower bound on the greedy set's share of the best possible gain over no candidate; for prices, the bound
+    /// divided by its price. `None` without a greedy set.
     pub certified_ratio: Option<f64>,
     /// How all sets were searched; none where they were not.
     pub search: Option<Search>,
@@ -89,7 +89,7 @@ pub struct Certificate {
     pub searched_bound: Option<f64>,
     /// Whether the search proved its set to be the best one.
     pub proved: bool,
-    /// The greedy set's share of the gain that the search says is possible: exact where that is proved.
+    /// The greedy set's share of the best gain that the search leaves possible: exact if the search proved its set optimal.
     pub ratio: Option<f64>,
     /// Sets that were tried, or regions.
     pub tried: usize,
@@ -153,7 +153,7 @@ impl Certificate {
         relaxed: &Relaxation,
         searched: Option<&Searched>,
     ) -> Self {
-        // A search that was not finished may know less than the relaxed problem.
+        // An unfinished search may have a weaker bound than the relaxed problem.
         let of_search = searched.map(|found| match goal {
             Goal::MostInformation => found.bound.min(relaxed.bound),
             _ => found.bound.max(relaxed.bound),
@@ -179,7 +179,7 @@ fn ratio(goal: Goal, none: Worth, chosen: &Chosen, bound: f64) -> f64 {
         Goal::LeastCost => (gain(goal, none, chosen.worth), none.cost - bound),
         Goal::MostInformation => (gain(goal, none, chosen.worth), bound - none.information),
     };
-    // Nothing to gain but rounding, or nothing to pay: the set is the best one.
+    // If there is nothing to gain beyond rounding, or nothing to pay, the set is optimal.
     let rounding = match goal {
         Goal::LeastPrice { .. } => 0.0,
         Goal::LeastCost => 1e-9 * none.cost.abs(),

@@ -205,7 +205,7 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// The key `name`: a name that a folder may have anywhere.
+    /// The key `name`: a valid folder name on every system.
     fn name(&self, place: (&'static str, usize), keys: &mut BTreeMap<String, Words>) -> Result<String, FileError> {
         let name = self.one(place, "name", keys)?;
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
@@ -247,7 +247,7 @@ impl Reading<'_> {
             match value {
                 Words::Flag(true) => words.push(option),
                 Words::Flag(false) => {}
-                // With `=`, so that no value is taken for an option.
+                // With `=`, so that a value that begins with `-` is not parsed as an option.
                 Words::List(list) => words.extend(list.into_iter().map(|value| format!("{option}={value}"))),
             }
         }

@@ -1,6 +1,6 @@
 //! Studies as values: what to do, to which task, with which options.
 //!
-//! The program, study files and Python make [`Study`] values, and nothing but [`Work::run`] does what they say. A result
+//! The program, study files and Python make [`Study`] values, and only [`Work::run`] executes them. A result
 //! keeps the value that it was made from.
 
 mod file;

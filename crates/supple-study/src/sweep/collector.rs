@@ -11,7 +11,7 @@ use super::{Sweep, SweepOptions};
 use crate::journal::Journal;
 use crate::{Column, LoadedTask, StudyError, Table};
 
-/// A sweep whose points are evaluated by others: it gives out units of work, keeps rows in memory or in the journal, and
+/// A sweep whose points are evaluated by others: it hands out units of work, keeps rows in memory or in the journal, and
 /// makes the table. That is the same, to the last bit, wherever and in whatever order the units are done.
 pub struct Collector {
     pub(super) study: Study,
@@ -92,7 +92,7 @@ impl Collector {
             for ((segment, point), text) in points.into_iter().zip(rows) {
                 let row = codec::row(text).filter(|row| row.len() == self.columns.len());
                 let row = row.ok_or_else(|| self.foreign(unit))?;
-                // Whole segments are kept at once: nothing continues from these points.
+                // Whole segments are stored at once, so that no plans are needed to continue from these points.
                 batch.push(Done { segment, point, row, neighbour: Vec::new() });
             }
         }

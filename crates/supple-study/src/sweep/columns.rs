@@ -44,7 +44,7 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
         let results = [
             ("status", PLAIN, PLAN_ENDED),
             ("information_nats", "nat", "directed information from state to measurements"),
-            ("bits_per_second", "bit/s", "directed information by measurement and time step"),
+            ("bits_per_second", "bit/s", "directed information per measurement, divided by the time step"),
             ("expected_cost", PLAIN, "expected cost in closed loop"),
             ("nominal_cost", PLAIN, "cost of the plan without noise"),
             ("iterations", PLAIN, ITERATIONS),
@@ -79,7 +79,7 @@ fn of_contacts(task: &Task) -> Vec<Column> {
             column_of(
                 "peak_force_N",
                 "N",
-                "greatest normal force of the contact in the plan; 0 where it never touches",
+                "greatest normal force of the contact along the plan; 0 if it never touches",
             ),
         ]
     };
@@ -129,8 +129,8 @@ const DESIGN_ENDED: &str = "how the design search ended";
 const NO_RESULT: &str = "why the point could not be evaluated";
 
 /// Descriptions of columns that say whether something is so.
-const FEASIBLE: &str = "1 where every plan converged and every task meets its bound, else 0";
-const MISSES: &str = "1 where the plan never touches a contact from which a cost wants a force, else 0";
+const FEASIBLE: &str = "1 if every plan converged and every task is within its cost limit, otherwise 0";
+const MISSES: &str = "1 if the plan never makes a contact whose force a cost tracks, otherwise 0";
 
 /// Descriptions of columns that count.
 const DESIGNS: &str = "designs that the search evaluated";

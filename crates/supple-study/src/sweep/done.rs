@@ -1,4 +1,4 @@
-//! What of a sweep is done.
+//! Which parts of a sweep are done.
 
 use std::collections::BTreeMap;
 

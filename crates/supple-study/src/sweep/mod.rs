@@ -1,7 +1,7 @@
 //! Sweeps: many designs on a grid, each evaluated; a journal keeps what is done.
 //!
 //! Points are evaluated in segments of neighbours along the last axis. Within a segment each plan is also continued
-//! from that of the point before; segments know nothing of one another. So the table does not depend on the number of
+//! from the previous point's; segments are independent of one another. So the table does not depend on the number of
 //! threads, nor on how often a sweep was interrupted.
 
 mod axis;

@@ -118,7 +118,7 @@ impl<'a> Evaluator<'a> {
         row
     }
 
-    /// Moves the parameters that are on no axis to their optimum, and leaves its plans as the neighbour.
+    /// Optimises the parameters that are not on an axis, and stores the plans found as `neighbour`.
     fn design(&self, phi: &mut Vec<f64>, neighbour: &mut Neighbour) -> Result<[Cell; 2], Error> {
         let Study { problem, options, .. } = self.study;
         let mut settings = problem.design.clone();
@@ -186,7 +186,7 @@ fn evaluate_task(
     state: &mut TaskState,
 ) -> Result<Outcome, Error> {
     match neighbour {
-        // The plans of a designed point belong to it already.
+        // The plans found by the design search are already those of this point.
         Some(controls) if options.starts > 0 => state.evaluate(task, phi, &problem.planning, Some(controls))?,
         _ => best_plan(problem, task, phi, neighbour.as_ref(), state)?,
     }

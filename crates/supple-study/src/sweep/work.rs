@@ -11,7 +11,7 @@ use super::point::{Evaluator, Neighbour, Study};
 use super::store::Store;
 use crate::{StudyError, Watch};
 
-/// How long points that are done wait for others, so that the disk is not waited for at each of them.
+/// How long finished points wait to be stored in one batch, so that not every point waits for the disk.
 const WAIT: Duration = Duration::from_millis(20);
 
 /// Points that are done and not stored yet, at most; with more, threads wait for the disk.
@@ -71,7 +71,7 @@ pub(super) fn along(
             return false;
         }
         let row = evaluator.evaluate(point, &mut neighbour);
-        // What was stopped on its way has not found what it would have.
+        // An interrupted point may have a worse result than a complete one.
         let cut_short = halt::is_requested() || study.options.starts > 0 && evaluator.is_stopped();
         let done = Done { segment, point, row, neighbour: neighbour.clone() };
         if cut_short || !keep(done) {

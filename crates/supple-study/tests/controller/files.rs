@@ -111,7 +111,7 @@ fn results_without_a_controller_are_refused() {
     assert_eq!(refused(&folder, (None, None)), "there are several tasks; choose one with --task: open, close");
     assert_eq!(refused(&folder, (Some("opne"), None)), "no task is named `opne`; valid names: open, close");
     let start = refused(&folder, (Some("open"), Some(At::Start)));
-    assert!(start.contains("is of `supple evaluate` and holds one design"), "{start}");
+    assert!(start.contains("is from `supple evaluate` and holds one design"), "{start}");
 
     let mut own = folder.clone();
     own.path = "kept".into();

@@ -172,7 +172,7 @@ fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String>
             "of rounding"
         };
         remarks.push(format!(
-            "the search for the minimum ended early, because {end}: the gap that is left is {:.3e} bits per step",
+            "the search for the minimum ended early, because {end}: the remaining gap is {:.3e} bits per step",
             report.duality_gap_bits
         ));
     }
@@ -194,7 +194,7 @@ fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String>
     let more = |bits: &f64| bits - report.minimum_bits_per_step > 1e-4 * report.minimum_bits_per_step + 1e-6;
     if let Some(bits) = report.achieved_bits_per_step.filter(more) {
         remarks.push(format!(
-            "the virtual sensor needs {} bits per step, more than the minimum of {}",
+            "the virtual sensor measures {} bits per step, more than the minimum of {}",
             short(bits, 6),
             short(report.minimum_bits_per_step, 6)
         ));

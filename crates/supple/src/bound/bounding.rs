@@ -85,13 +85,13 @@ pub struct BoundPoint {
     pub cost: f64,
     /// The least information, bits by decision.
     pub minimum_bits_per_step: f64,
-    /// What it is certainly not below.
+    /// Its proved lower bound.
     pub minimum_lower_bits_per_step: f64,
     /// The best bound in closed form, bits by decision.
     pub closed_form_bits_per_step: f64,
     /// Why `minimum_lower_bits_per_step` is not proved, and 0; none where it is.
     pub not_proved: Option<String>,
-    /// By how much it is too far below the minimum found to certify that; none where it is not.
+    /// Why the minimum is not certified: how far the lower bound is below it; `None` if it is certified.
     pub not_certified: Option<String>,
 }
 

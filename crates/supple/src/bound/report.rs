@@ -184,12 +184,12 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
         line("data-rate floor", Some(bound.floor_bits_per_step), bound.floor_is_bound, says)
     } else {
         let what = "growth of A_{T-1} ... A_0";
-        line(what, Some(bound.floor_bits_per_step), false, "for comparison: no bound at a finite horizon")
+        line(what, Some(bound.floor_bits_per_step), false, "for comparison: not a bound over a finite horizon")
     };
     let mut lines = vec![floor];
     if bound.stationary {
         let says = match bound.kostina_hassibi_vacuous {
-            Some(vacuous) => format!("{vacuous}; shown is the floor"),
+            Some(vacuous) => format!("{vacuous}; the floor is shown"),
             None => "any sensors and any controller at the cost D".to_owned(),
         };
         lines.push(line("Kostina and Hassibi, or the floor", Some(bound.closed_form_bits_per_step), true, &says));
@@ -197,7 +197,7 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     let along = if bound.stationary { "" } else { ", linearised along the plan" };
     let any = format!("any sensors and any controller at the cost D{along}");
     let from_below = match &bound.not_proved {
-        None => format!("{any}, proved by intervals"),
+        None => format!("{any}, proved by interval arithmetic"),
         Some(reason) => format!("not proved: {reason}"),
     };
     lines.push(line(
@@ -209,7 +209,7 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     lines.push(line("minimum", Some(bound.minimum_bits_per_step), true, &any));
     let kept = bound.achieved_cost.map_or_else(
         || "its filter does not converge".to_owned(),
-        |cost| format!("the virtual sensor below, by its filter, at an expected cost of {}", short(cost, 8)),
+        |cost| format!("the virtual sensor below, computed by its filter, at an expected cost of {}", short(cost, 8)),
     );
     lines.push(line("virtual sensor", bound.achieved_bits_per_step, false, &kept));
     // The design keeps the cost D only where D is not below its own.

@@ -17,7 +17,7 @@ pub struct Row {
     pub analytic: f64,
     /// Its finite difference.
     pub numeric: f64,
-    /// Entries so small beside the rounding of what they are the derivative of that a wrong thousandth would not show.
+    /// Entries too small, relative to the rounding of their function, for an error of a thousandth to be detected.
     pub unresolved: Vec<String>,
     /// Entries without a finite difference: no point beside the design could be evaluated.
     pub not_compared: Vec<String>,

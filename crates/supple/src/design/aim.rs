@@ -1,7 +1,7 @@
 use super::visited::Visit;
 use crate::problem::Problem;
 
-/// What a design search is after.
+/// The objective of a design search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
     /// The least information at which every expected cost is at most `factor` times its bound; an infinite factor

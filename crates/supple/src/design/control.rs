@@ -53,7 +53,7 @@ pub enum Event<'a> {
     },
 }
 
-/// Sees what happens during a long computation; called from several threads.
+/// Receives progress events of a long computation; called from several threads.
 pub trait Observer: Send + Sync {
     /// Something happened.
     fn observe(&self, event: Event);
@@ -71,7 +71,7 @@ impl Observer for NoObserver {
 /// one of them.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
-    /// Sees what happens.
+    /// Receives progress events.
     pub observer: &'a dyn Observer,
     /// Set to stop soon, keeping what was found.
     pub stop: &'a AtomicBool,

@@ -12,13 +12,13 @@ pub struct Design {
     pub status: DesignStatus,
     /// The index of the best start.
     pub best: usize,
-    /// Every start that was made, in order. They take no notice of catalogues.
+    /// Every start that was made, in order. They ignore catalogues.
     pub starts: Vec<StartSummary>,
     /// The choice from catalogues, where parameters have any.
     pub catalogue: Option<CatalogueDesign>,
     /// Designs evaluated, over all starts and combinations.
     pub evaluations: usize,
-    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
+    /// Of these, how many have a plan that never makes a contact whose force a cost tracks.
     pub without_contact: usize,
     /// Wall time, s.
     pub seconds: f64,

@@ -15,13 +15,13 @@ use crate::Error;
 pub enum DesignStatus {
     /// At a local optimum that meets every bound.
     Converged,
-    /// At rest at a point that meets every bound but, by the total gradient, is no optimum.
+    /// Stopped at a point that meets every bound but, by the total gradient, is not an optimum.
     NotOptimal,
     /// At the best point found when the evaluations were used up or no progress was made; it meets every bound.
     NotConverged,
     /// No design that meets every bound was found.
     BoundViolated,
-    /// It was told to stop; the best point until then.
+    /// Stopped on request; the best point found so far.
     Stopped,
 }
 
@@ -79,7 +79,7 @@ pub struct StartSummary {
     pub branches: usize,
     /// Designs evaluated.
     pub evaluations: usize,
-    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
+    /// Of these, how many have a plan that never makes a contact whose force a cost tracks.
     pub without_contact: usize,
     /// Controls of each task's plan at the end.
     pub controls: Vec<Matrices>,

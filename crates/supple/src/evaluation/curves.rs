@@ -44,15 +44,15 @@ pub struct QuantityCurve {
     pub name: String,
     /// Its unit; empty where it is not known.
     pub unit: String,
-    /// What asks for it: `cost 2`, `limit 1`, `curve 3`, counted from 1.
+    /// Where it is declared: `cost 2`, `limit 1`, `curve 3`, counted from 1.
     pub of: String,
-    /// Where a cost wants it.
+    /// The target of a cost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<f64>,
-    /// The least that it may be.
+    /// The lower limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lower: Option<f64>,
-    /// The most that it may be.
+    /// The upper limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upper: Option<f64>,
     /// Along the plan: one number per state, or per step where it depends on the control.

@@ -43,7 +43,7 @@ pub use trust::{Trust, Verdict};
 /// What to find beside information and cost.
 #[derive(Clone, Debug, Default)]
 pub struct EvaluateOptions {
-    /// Gradients with everything moving.
+    /// Total gradients: plan, feedback and filter all vary.
     pub total_gradient: bool,
     /// Gradients with the trajectory frozen, and the spectral radius of their recursion.
     pub frozen_gradient: bool,
@@ -60,7 +60,7 @@ pub struct EvaluateOptions {
     pub controls: Option<Vec<Matrices>>,
     /// Whether to keep the trajectories.
     pub trajectories: bool,
-    /// What the objective is; that of the problem's design settings where it is not given.
+    /// The objective; default: that of the problem's design settings.
     pub information: Option<InformationWeights>,
     /// How far above its bound an expected cost may be, relative to the bound; that of the problem's design settings
     /// where it is not given.
@@ -81,7 +81,7 @@ impl Problem {
     /// Evaluates a design: all its parameters in the order of declaration.
     ///
     /// # Errors
-    /// Where `phi` has the wrong length, more is asked for than there is room for, something is not finite, or a
+    /// Where `phi` has the wrong length, a requested number exceeds its limit, something is not finite, or a
     /// covariance is indefinite.
     pub fn evaluate(&self, phi: &[f64], options: &EvaluateOptions) -> Result<Evaluation, Error> {
         self.check_design(phi)?;

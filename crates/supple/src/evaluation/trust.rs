@@ -1,4 +1,4 @@
-//! Whether what a plan predicts is what roll-outs do.
+//! Whether roll-outs agree with the predictions of a plan.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ const SUBSTEPS: usize = 8;
 /// Share of the roll-outs in which a contact of the plan should touch.
 const TOUCHING: f64 = 0.9;
 
-/// Whether predictions hold in roll-outs, and why not.
+/// Whether roll-outs agree with the predictions; if not, why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Trust {
@@ -41,12 +41,12 @@ pub struct Trust {
     pub substeps_advised: Option<usize>,
 }
 
-/// Whether the linearisation holds that information and expected cost are computed with.
+/// Whether the linearisation holds from which information and expected cost are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Verdict {
-    /// Roll-outs do what is predicted.
+    /// Roll-outs agree with the predictions.
     Holds,
     /// Some prediction is off by more than chance and more than a tenth, or there are too few roll-outs to tell.
     Doubtful,
@@ -133,7 +133,7 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
     let (error, _) = cost_error(predicted, sampled);
     (differs(predicted, sampled) && sampled.cost_mean - error > limit).then(|| {
         format!(
-            "roll-outs cost {:.4}, above the limit of {limit:.4} that the expected cost of {:.4} keeps; try less noise, costs and \
+            "roll-outs cost {:.4}, above the limit of {limit:.4}, although {:.4} is expected; try less noise, costs and \
              contacts with more smoothing, or a smaller `time_step`",
             sampled.cost_mean, predicted.cost
         )
@@ -151,7 +151,10 @@ fn too_coarse(
     let advice = format!("try `substeps = {substeps}` in [model], or a smaller `time_step`");
     if diverged > 0 {
         let what = format!("{diverged} of {rollouts} roll-outs diverge on a plant of {times} times finer steps");
-        return Some((Verdict::Broken, format!("{what}, which the steps of this task damp; {advice}")));
+        return Some((
+            Verdict::Broken,
+            format!("{what}; the longer steps of this task hide this by damping; {advice}"),
+        ));
     }
     let tolerated = TOLERATED * own_cost_mean.abs();
     let error = CHANCE * finer.difference_standard_error;
@@ -173,7 +176,7 @@ fn too_coarse(
     if let Some(Consistency { mean, .. }) = of_filter {
         let what = format!(
             "the filter's squared innovations are {mean:.3} times their expected value on a plant of {times} times \
-             finer steps: its model of a step lacks what the robot does within one"
+             finer steps: its model misses what the robot does within a step"
         );
         return Some((Verdict::Doubtful, format!("{what}; {advice}, or a less precise sensor")));
     }

@@ -1,6 +1,6 @@
 use supple_kernels::Matrices;
 
-/// A sensor that one may have or not.
+/// A sensor that may be selected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// Its name.

@@ -18,12 +18,12 @@ pub enum Goal {
     },
 }
 
-/// What a set of sensors may be.
+/// Limits on a set of sensors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// Prices of all together at most.
+    /// Maximum total price.
     pub budget: Option<f64>,
-    /// Sensors at most.
+    /// Maximum number of sensors.
     pub count: Option<usize>,
 }
 
@@ -185,8 +185,8 @@ impl Selection {
     ) -> Result<Option<Chosen>, Error> {
         let count = self.candidates.len();
         if count > MOST_EXHAUSTIVE {
-            let what = "the list of candidates of an exhaustive search, at most".to_owned();
-            return Err(Error::Shape { what, found: count, expected: MOST_EXHAUSTIVE });
+            let what = "the number of candidates of an exhaustive search".to_owned();
+            return Err(Error::TooMany { what, found: count, most: MOST_EXHAUSTIVE });
         }
         let sets = self.sets(goal, limits);
         let mut best: Option<Chosen> = None;

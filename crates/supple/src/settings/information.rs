@@ -6,7 +6,7 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// How much each kind of information counts in what a design minimises.
+/// Weights of the three kinds of information in the objective of a design.
 ///
 /// Written as one of `"needed"`, `"used"` and `"measured"`, or as a table of weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +81,7 @@ impl FromStr for InformationWeights {
         if let Some(weights) = Self::of_kind(text) {
             return Ok(weights);
         }
-        let valid = "valid are `needed`, `used`, `measured`, or weights of them such as `needed=1,measured=0.01`";
+        let valid = "valid: `needed`, `used`, `measured`, or weights of them such as `needed=1,measured=0.01`";
         let mut weights = Self { needed: 0.0, used: 0.0, measured: 0.0 };
         for part in text.split(',') {
             let (name, weight) =
@@ -92,7 +92,7 @@ impl FromStr for InformationWeights {
                 "measured" => &mut weights.measured,
                 other => return Err(format!("unknown information `{other}`; {valid}")),
             };
-            *place = weight.trim().parse().map_err(|_| format!("the weight `{weight}` is no number; {valid}"))?;
+            *place = weight.trim().parse().map_err(|_| format!("the weight `{weight}` is not a number; {valid}"))?;
         }
         if weights.are_valid() {
             Ok(weights)
@@ -219,9 +219,9 @@ mod tests {
             assert_eq!(weights.argument(), text);
         }
         for (text, message) in [
-            ("wanted", "unknown information `wanted`; valid are `needed`"),
+            ("wanted", "unknown information `wanted`; valid: `needed`"),
             ("needed=1,wanted=2", "unknown information `wanted`"),
-            ("needed=much", "the weight `much` is no number"),
+            ("needed=much", "the weight `much` is not a number"),
             ("needed=-1", "at least 0"),
             ("needed=0", "one of them above 0"),
         ] {

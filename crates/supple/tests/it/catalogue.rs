@@ -325,7 +325,7 @@ fn catalogues_from_files() {
     for (csv, place, what) in [
         ("value\n100\n700\n", "springs.csv:3:1", "must be within the bounds [50, 600]; found 700"),
         ("value\n100\nx\n", "springs.csv:3:1", "`value` must be a finite number; found `x`"),
-        ("value,prize\n100,1\n", "springs.csv:1:1", "unknown column `prize`; valid are `value`, `name`, `price`"),
+        ("value,prize\n100,1\n", "springs.csv:1:1", "unknown column `prize`; valid: `value`, `name`, `price`"),
         ("name,price\nA,1\n", "springs.csv:1:1", "the first line of a catalogue must name its columns"),
         ("value,price\n100,1\n200\n", "springs.csv:3:1", "must have 2 cells, as the first line; found 1"),
         ("value,value\n100,1\n", "springs.csv:1:1", "the column `value` occurs twice"),

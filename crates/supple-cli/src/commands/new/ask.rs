@@ -1,4 +1,4 @@
-//! Options of `supple new`, which are asked for on a terminal where they are missing.
+//! Options of `supple new`; on a terminal, prompts for those that are missing.
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -28,15 +28,15 @@ const KINDS: [(ModelKind, &str, &str); 4] = [
     (ModelKind::TwoMass, "two_mass", "two masses and a wall"),
     (ModelKind::Linear, "linear", "a linear system in discrete time"),
     (ModelKind::Robot, "robot", "an arm of rigid bodies, with its robot file"),
-    // An own file has no kind of its own.
+    // A robot from the user's own file has the same model kind.
     (ModelKind::Robot, "file", "a robot from a URDF, SDF or MJCF file"),
 ];
 
 impl Asked {
-    /// The options as given; what is missing is asked for where standard input and standard error are terminals.
+    /// The options as given; prompts for missing ones if standard input and standard error are terminals.
     ///
     /// # Errors
-    /// Where a wall or place is none, or an answer cannot be read.
+    /// If a wall or place is invalid, or an answer cannot be read.
     pub fn of(options: &NewOptions) -> Result<Self, Failure> {
         let mut asked = Self {
             model: options.model.unwrap_or(ModelKind::TwoMass),
@@ -101,14 +101,14 @@ fn wrong(option: &str, text: &str, why: &str) -> Failure {
     Failure::usage(format!("{option} {text}: {why}"))
 }
 
-/// Three finite numbers.
+/// Parses three finite numbers.
 fn place(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|entry| entry.trim().parse().ok()).collect();
     let three: Option<[f64; 3]> = numbers.and_then(|numbers| numbers.try_into().ok());
     three.filter(|three| three.iter().all(|entry| entry.is_finite())).ok_or_else(|| "write three numbers, x,y,z".into())
 }
 
-/// A direction of length 1.
+/// Parses a direction and normalises it.
 fn normal(text: &str) -> Result<[f64; 3], String> {
     let named = ["x", "y", "z"].iter().position(|axis| text.trim().trim_start_matches(['+', '-']) == *axis);
     let vector = match named {
@@ -126,7 +126,7 @@ fn normal(text: &str) -> Result<[f64; 3], String> {
     Ok(vector.map(|entry| entry / length))
 }
 
-/// The place of a choice, by name or number.
+/// The index of a choice, given by name or number.
 fn choose(what: &str, choices: &[(&str, &str)], default: usize) -> Result<usize, Failure> {
     let mut text = format!("{what}\n");
     for (number, (name, what)) in choices.iter().enumerate() {
@@ -144,7 +144,7 @@ fn choose(what: &str, choices: &[(&str, &str)], default: usize) -> Result<usize,
     question("Name or number", choices[default].0, find)
 }
 
-/// An answer that is valid; asked again until it is. An empty one is the default, where there is one.
+/// Prompts until the answer is valid. An empty answer selects the default, if there is one.
 fn question<T>(what: &str, default: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<T, Failure> {
     let shown = if default.is_empty() { String::new() } else { format!(" [{default}]") };
     loop {
@@ -163,7 +163,7 @@ fn question<T>(what: &str, default: &str, read: impl Fn(&str) -> Result<T, Strin
     }
 }
 
-/// Words on standard error; where nobody reads them, the answers come from a file.
+/// Prints a prompt on standard error; errors are ignored, as the answers may come from a file.
 fn tell(text: &str) {
     let mut out = std::io::stderr().lock();
     let _ = out.write_all(text.as_bytes());

@@ -1,4 +1,4 @@
-//! What tasks cost with and without the designed sensor, and the limit between.
+//! Expected costs of a task with the precise and with the coarsest sensor, and a cost limit between them.
 
 use supple::design::{Attempts, plan_at};
 use supple::pipeline::TaskState;
@@ -7,7 +7,7 @@ use supple::{LimitViolation, Matrices, Problem, limits_violated};
 use super::rules::four_digits;
 use super::templates::Limit;
 
-/// Stiffnesses below that of the stiff mount at which costs are computed.
+/// Number of stiffnesses, besides that of the stiff mount, at which costs are computed.
 const SOFTER: usize = 4;
 
 /// Expected costs over stiffnesses of the mount.
@@ -16,7 +16,7 @@ pub struct Costs {
     pub stiff: f64,
     /// The least with the precise sensor.
     pub precise: f64,
-    /// The stiffness of that, N/m.
+    /// The stiffness at which `precise` is reached, N/m.
     pub best: f64,
     /// The least with the coarsest sensor.
     pub coarse: f64,
@@ -25,7 +25,7 @@ pub struct Costs {
 }
 
 impl Costs {
-    /// At several stiffnesses; infinite where no plan converges. The first plan begins from `controls`, if given.
+    /// Costs at several stiffnesses; infinite if no plan converges. `controls`, if given, warm-start the first plan.
     pub fn of(problem: &Problem, stiff: &[f64], controls: Option<&Matrices>) -> Self {
         let index = |name: &str| problem.parameters.iter().position(|parameter| parameter.name == name);
         let sensor = ["force_noise", "joint_noise"].into_iter().find_map(index);
@@ -35,7 +35,7 @@ impl Costs {
         let [soft, most] = problem.parameters.get(k).bounds;
         let [precise, coarse] = problem.parameters.get(sensor).bounds;
         let task = &problem.tasks[0];
-        // The plan is the same whatever the noise, and near that of the stiffness before.
+        // Noise does not change the plan, and the plan at the previous stiffness is a good warm start.
         let mut before = controls.cloned();
         let mut costs = |stiffness: f64| {
             let (mut phi, mut state) = (stiff.to_vec(), TaskState::new(task));

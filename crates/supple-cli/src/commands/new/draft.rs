@@ -1,4 +1,4 @@
-//! A task file from a template: written, evaluated and corrected until its plan does what the template is about.
+//! Writes a task file from a template, evaluates it, and corrects it until its plan does what the template intends.
 
 use std::path::Path;
 
@@ -18,26 +18,26 @@ use crate::output::warn;
 use crate::progress::Waiting;
 use crate::template::Template;
 
-/// Postures that are evaluated at most.
+/// Maximum number of postures to evaluate.
 const TRIES: usize = 6;
-/// Postures that are evaluated at most where the plan can be used, though it falls short of what the template asks for.
+/// Maximum number of postures to evaluate once a plan is usable, even if it falls short of the template's aim.
 const FEW_TRIES: usize = 2;
-/// What is tried where a plan exceeds limits of the robot: a factor on the duration of the task, and whether the plan keeps
-/// the limits.
+/// Corrections to try if a plan exceeds limits of the robot: a factor on the task's duration, and whether the limits
+/// are enforced.
 const CORRECTIONS: [(f64, bool); 3] = [(1.0, false), (2.0, false), (2.0, true)];
-/// Sub-steps of a time step that are tried where roll-outs find whole steps too long.
+/// Numbers of sub-steps per time step to try if roll-outs show that the time step is too long.
 const SUBSTEPS: [usize; 3] = [2, 4, 8];
-/// Greatest factor on the smoothing length of the contact, where roll-outs find the linearisation doubtful, and its step.
+/// Maximum factor on the contact's smoothing length if roll-outs contradict the linearisation; and its increment.
 const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
-/// Share of the torque by the weight of the limb above which gravity moves a joint without a drive.
+/// Undriven joints count as falling if gravity loads them by more than this share of the whole limb's weight torque.
 const FALLING: f64 = 0.01;
-/// Speed limits above this stand for none, rad/s or m/s.
+/// Speed limits above this are treated as absent, rad/s or m/s.
 const FASTEST: f64 = 100.0;
 
 /// The text of a task file, to be written to `path`.
 ///
-/// With it, what the tool is mounted on, where nothing says that.
+/// Also returns a note on where the tool is mounted, if the options do not specify it.
 ///
 /// # Errors
 /// Where the robot's file or an option is wrong, or no plan was found.
@@ -100,7 +100,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
     Ok((best.text(), asked.frame.is_none().then(|| limb.chosen())))
 }
 
-/// That there is no posture to begin from.
+/// The error if there is no posture to start from.
 fn without_posture(limb: &Limb, asked: &Asked) -> Failure {
     Failure::usage(match asked.at {
         Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot".into(),
@@ -118,7 +118,7 @@ fn without_posture(limb: &Limb, asked: &Asked) -> Failure {
     })
 }
 
-/// Warns of speed limits that no joint reaches.
+/// Warns of implausibly high speed limits.
 fn warn_of_fast(limb: &Limb) {
     for slides in [false, true] {
         let fast =
@@ -136,10 +136,10 @@ fn warn_of_fast(limb: &Limb) {
     }
 }
 
-/// Leaves postures in which gravity moves no joint without a drive.
+/// Keeps only postures in which gravity does not move undriven joints.
 ///
 /// # Errors
-/// Where there are postures, but none of these.
+/// If there are postures, but none of them qualifies.
 fn held_up(limb: &Limb, found: &mut Vec<Start>) -> Result<(), Failure> {
     let driven = limb.driven();
     let gravity = limb.gravity.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
@@ -175,8 +175,8 @@ fn limb(whole: &Planning, template: Template, file: &Path, asked: &Asked) -> Res
     Ok(limb)
 }
 
-/// The best draft at a posture: one that keeps the limits of the robot, with a longer smoothing of the contact where the
-/// linearisation is doubtful. By which factor stays for other postures, whose contact is the same.
+/// The best draft at a posture: one within the robot's limits, with a longer contact smoothing if the
+/// linearisation is doubtful. That factor, `longer`, is kept for other postures, which have the same contact.
 fn best_at<'a>(
     rules: impl Fn(f64) -> Result<Rules, Failure>,
     draft: impl Fn(Rules, bool) -> Draft<'a>,
@@ -196,8 +196,8 @@ fn best_at<'a>(
     }
 }
 
-/// The draft with the fewest of the [`SUBSTEPS`] of which roll-outs do not find the steps too long, or as it is where none of
-/// them mends that.
+/// The draft with the fewest of the [`SUBSTEPS`] at which roll-outs no longer find the steps too long; if none helps,
+/// the better of the original draft and the finest one.
 fn with_substeps<'a>(coarse: Tried<'a>, path: &str) -> Result<Tried<'a>, Failure> {
     let [fewer @ .., most] = SUBSTEPS;
     let finest = Tried::of(coarse.with_substeps(most), path)?.complete();
@@ -213,8 +213,8 @@ fn with_substeps<'a>(coarse: Tried<'a>, path: &str) -> Result<Tried<'a>, Failure
     Ok(finest)
 }
 
-/// The first of the [`CORRECTIONS`] from a number on, which becomes that of the last one tried, of which the plan keeps the
-/// limits of the robot; the best of them where none does.
+/// Tries [`CORRECTIONS`] from index `from` on and returns the first draft whose plan stays within the robot's limits,
+/// or the best one if none does; `from` becomes the index of the last one tried.
 fn within_limits<'a>(
     rules: &Rules,
     draft: &impl Fn(Rules, bool) -> Draft<'a>,
@@ -225,14 +225,14 @@ fn within_limits<'a>(
     loop {
         let (slower, enforced) = CORRECTIONS[*from];
         let mut tried = Tried::of(draft(Rules { time: slower * rules.time, ..rules.clone() }, enforced), path)?;
-        // No more is asked of a draft with faults while another may have none.
+        // Skip the costly checks of a faulty draft: another one may have no faults.
         if tried.faults.is_empty() {
             tried = tried.complete();
         }
         if tried.is_coarse() {
             tried = with_substeps(tried, path)?;
         }
-        // Limits are hardly kept where no plan is found even in twice the time.
+        // If even twice the time gives no plan, enforcing limits will hardly help.
         let is_last = *from + 1 == CORRECTIONS.len() || *from > 0 && !tried.converged;
         let is_limited = tried.is_limited;
         let found = tried.or_better(best);

@@ -8,14 +8,14 @@ use supple_text::{nearest, owned, quoted};
 use crate::commands::robot::Planning;
 use crate::failure::Failure;
 
-/// Joints that a task moves at most: those next to the frame.
+/// Maximum number of joints that a task moves: those nearest the frame.
 pub const MOST_JOINTS: usize = 7;
-/// Joints that an arm with fingers has at least, and joints that a finger has at most.
+/// Minimum number of joints of an arm that carries fingers, and maximum number of joints of a finger.
 const ARM: usize = 5;
 const FINGER: usize = 7;
-/// How much a joint that slides adds to the reach at most, m: sizes of contacts do not follow the length of a rail.
+/// Maximum that a sliding joint adds to the reach, m: contact sizes should not scale with the length of a rail.
 const SLIDE: f64 = 0.5;
-/// Names of the points of tools, perhaps with that of the arm before them: `panda_hand_tcp`.
+/// Names of tool centre points, possibly prefixed by the arm's name: `panda_hand_tcp`.
 const POINTS: [&str; 2] = ["tool0", "tcp"];
 /// Names of the other frames that tools are mounted on, the likeliest first.
 const TOOLS: [&str; 7] = ["ee_link", "flange", "end_effector", "attachment_site", "link_ee", "gripper", "hand"];
@@ -33,7 +33,7 @@ pub struct Limb {
     pub gravity: [f64; 3],
     /// Length of the limb from its first joint to the frame, m, with at most half a metre for each slide.
     pub reach: f64,
-    /// That length with half of the range of each slide, m.
+    /// The same length, but with half of the full range of each slide, m.
     pub span: f64,
     /// Mass that it moves, kg.
     pub mass: f64,
@@ -150,7 +150,7 @@ impl Limb {
         driven(&self.planning)
     }
 
-    /// A name that the robot has not taken.
+    /// A name that is not yet used in the robot.
     pub fn free_name(&self, wanted: &str) -> String {
         let robot = &self.planning.robot;
         let taken = |name: &str| {
@@ -174,9 +174,9 @@ fn driven(planning: &Planning) -> Vec<usize> {
     [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
 }
 
-/// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; or else the link
-/// that carries fingers; or else the last link that most joints move. Joints without drives do not count, and of links that
-/// as many drives move, those are left out which more joints without drives move.
+/// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; otherwise the link
+/// that carries fingers; otherwise the last link moved by most joints. Only driven joints count; among links moved by
+/// equally many drives, those moved by the fewest undriven joints are preferred.
 pub fn likeliest(whole: &Planning) -> String {
     let robot = &whole.robot;
     let driven = driven(whole);
@@ -192,7 +192,7 @@ pub fn likeliest(whole: &Planning) -> String {
     let bodies = whole.tree.bodies();
     let palm = palm(&whole.tree).and_then(|palm| bodies.iter().find(|body| body.parent == Some(palm)));
     let palm = palm.map(|finger| robot.joints[finger.joint].parent);
-    // Fingers beyond the tool's mount do not count against it.
+    // If there is a palm, compare with its joints only, not with those of the fingers.
     let most = palm.map_or(most, |link| moved(link).0);
     let links = robot.links.iter().map(|link| link.name.as_str());
     let names: Vec<&str> = links.chain(robot.frames.iter().map(|frame| frame.name.as_str())).collect();
@@ -208,11 +208,11 @@ pub fn likeliest(whole: &Planning) -> String {
     robot.links[last.unwrap_or(robot.links.len() - 1)].name.clone()
 }
 
-/// The body from which fingers start: that at the end of an arm which carries at least two limbs, each of few joints. None
-/// where there is no such body. Fingers may branch as well: it is the body next to the world.
+/// The palm: the body at the end of an arm that carries at least two limbs with few joints each; `None` if
+/// there is none. Fingers may branch too, so the candidate closest to the world is chosen.
 fn palm(tree: &Tree) -> Option<usize> {
     let bodies = tree.bodies();
-    // How many bodies carry each, how many limbs it carries, and how many joints the longest of them has.
+    // For each body: its depth, the number of limbs it carries, and the number of joints in the longest of them.
     let (mut depths, mut limbs, mut beyond) = (vec![0; bodies.len()], vec![0; bodies.len()], vec![0; bodies.len()]);
     for (body, found) in bodies.iter().enumerate() {
         depths[body] = found.parent.map_or(1, |parent| depths[parent] + 1);

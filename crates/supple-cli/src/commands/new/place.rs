@@ -1,5 +1,5 @@
-//! Where a task begins: postures of a limb that are away from limits, singularities and great torques, and the wall that
-//! its tool looks at.
+//! Where a task begins: postures of a limb far from limits, singularities and large torques, and the wall that the
+//! tool faces.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use supple_robot::{
 use super::limb::Limb;
 use crate::commands::robot::SMOOTHING;
 
-/// Postures that are looked at, those from which inverse kinematics are tried, and the most of them while none is found.
+/// Number of sampled postures; of inverse-kinematics attempts; and of attempts while none has succeeded.
 const SAMPLES: usize = 400;
 const TRIED: usize = 24;
 const MOST_TRIED: usize = 120;
@@ -19,15 +19,15 @@ const MOST_TRIED: usize = 120;
 const FAR: f64 = 0.5 * PI;
 /// Share of an effort limit that holding a posture may take.
 const LOADED: f64 = 0.8;
-/// Limbs of fewer joints cannot bring their tool to any place, but to a line or a surface: their tasks give joint positions,
+/// Limbs with fewer joints can only move their tool on a line or surface: their tasks specify joint positions,
 /// and their tools press in a direction in which they can move.
 pub const FEW: usize = 3;
-/// Factor on the distance of a target at which the limb still reaches: stretched, it would move no further.
+/// Required reach, relative to the distance of the target: a fully stretched limb could move no further.
 const SPARE: f64 = 1.1;
-/// Share of the reach by which a tool may be beside the place that somebody names: a line or a surface seldom leads through
-/// it.
+/// How far the tool of a limb with few joints may miss a requested place, as a share of the reach: the line or surface
+/// that it can reach seldom passes through it.
 const NEAR: f64 = 0.01;
-/// Square of the share of their motion that joints of such a limb have along a wall's normal at least.
+/// Minimum of the squared share of such a limb's tool motion that is along a wall's normal.
 const FACING: f64 = 0.25;
 
 /// A posture in which a task begins.
@@ -58,10 +58,10 @@ pub struct Start {
     score: f64,
 }
 
-/// Postures to begin with, the best first; `upright` leaves out floors.
+/// Postures to begin with, the best first; with `upright`, only vertical walls.
 pub fn starts(limb: &Limb, wall: Option<[f64; 3]>, at: Option<[f64; 3]>, upright: bool) -> Vec<Start> {
     let search = Search::of(limb);
-    // What the tool reaches in no orientation, it reaches in none of those that face a wall.
+    // If the tool cannot reach the place in any orientation, it cannot reach it facing a wall either.
     if at.is_some_and(|at| search.reached(&limb.planning.start, at, None).distance > NEAR * limb.reach) {
         return Vec::new();
     }
@@ -99,7 +99,7 @@ struct Search<'a> {
     numbers: Numbers<f64>,
     limits: Vec<Limits>,
     efforts: Vec<f64>,
-    /// The axis of the tool's frame along which the limb goes on.
+    /// The axis of the tool's frame in which the limb points outwards.
     push: [f64; 3],
 }
 
@@ -112,7 +112,7 @@ impl<'a> Search<'a> {
         search
     }
 
-    /// From the last joint's axis to the tool's origin, as an axis of the tool's frame; z where they are in one place.
+    /// The axis of the tool's frame closest to the direction from the last joint to the tool; z if they coincide.
     fn pushing(&self) -> [f64; 3] {
         let (tree, robot) = (&self.limb.planning.tree, &self.limb.planning.robot);
         let kinematics = Kinematics::at_rest(tree, &self.numbers, &self.limb.planning.start);
@@ -163,7 +163,7 @@ impl<'a> Search<'a> {
             if half.is_finite() { ((q - limits.lower).min(limits.upper - q) / half).clamp(0.0, 1.0) } else { 1.0 }
         });
         let margin = margin.fold(1.0, f64::min);
-        // Under the floor that most robots stand on, or behind them, there is seldom room.
+        // Prefer places above the floor and in front of the robot: below or behind it, there is seldom room.
         let above = if pose.position[2] > 0.05 * self.limb.reach { 1.0 } else { 0.3 };
         let before = if pose.position[0] > 0.0 { 1.0 } else { 0.7 };
         (pose, (freedom + 1e-3) * (LOADED - load).max(1e-3) * margin.sqrt().max(1e-3) * above * before)
@@ -188,8 +188,8 @@ impl<'a> Search<'a> {
         moving.map(unit).flat_map(|unit| [unit, scale(-1.0, unit)]).collect()
     }
 
-    /// How well a tool is placed to press on a wall, from 0: the limb goes on towards the wall, or, where it has few joints,
-    /// they move the tool along the wall's normal.
+    /// How well a tool is placed to press on a wall, at least 0: whether the limb points at the wall or, with few joints,
+    /// whether its joints move the tool along the wall's normal.
     fn facing(&self, q: &[f64], pose: &Pose, normal: [f64; 3]) -> f64 {
         if q.len() >= FEW {
             return 1.1 - dot(pose.rotate(self.push), normal);
@@ -233,7 +233,7 @@ impl<'a> Search<'a> {
         }
         let q: Vec<f64> = if few { reached.q.iter().copied().map(four_decimals).collect() } else { reached.q.clone() };
         let (pose, worth) = self.worth(&q);
-        // A wall along which the tool slides and which it never presses on.
+        // The tool could only slide along this wall, never press on it.
         if few && self.facing(&q, &pose, normal) < FACING {
             return None;
         }
@@ -257,8 +257,8 @@ impl<'a> Search<'a> {
 }
 
 impl Start {
-    /// Where the tool is once it has moved along the wall by `travel`, m, or by half of that: the first such place that it
-    /// reaches, with some way left.
+    /// Position of the tool after moving along the wall by `travel`, m, or half of it: the first such position within
+    /// reach, with some margin.
     pub fn along_wall(&self, limb: &Limb, travel: f64) -> [f64; 3] {
         self.way(limb, travel).0
     }
@@ -279,8 +279,8 @@ impl Start {
         (place(by, along), by)
     }
 
-    /// Where the tool is once it has moved by `travel`, m: along the wall, or, where the limb has few joints, as the one
-    /// that moves it most turns or slides, away from the nearer of its limits.
+    /// Position of the tool after moving by `travel`, m: along the wall or, for a limb with few joints, by moving the
+    /// joint with the greatest effect on the tool away from its nearer limit.
     pub fn moved(&self, limb: &Limb, travel: f64) -> [f64; 3] {
         if self.q.len() >= FEW {
             return self.along_wall(limb, travel);
@@ -297,8 +297,8 @@ impl Start {
     }
 }
 
-/// How far a tool moves at least in any direction for joints that move by 1 together: the least singular value of the
-/// rows of a Jacobian, or of those directions in which it can move at all.
+/// The least motion of the tool, in any direction, for a unit motion of the joints: the least singular value of the
+/// Jacobian `rows`, restricted to directions in which the tool can move.
 fn least_motion(rows: &[Vec<f64>]) -> f64 {
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let gram = nalgebra::Matrix3::from_fn(|i, j| product(&rows[i], &rows[j]));
@@ -308,7 +308,7 @@ fn least_motion(rows: &[Vec<f64>]) -> f64 {
     values[free.clamp(1, 3) - 1]
 }
 
-/// The turn of the tool's frame next to that of `pose` whose axis `push` points into the wall.
+/// The rotation of the tool's frame nearest to that of `pose` for which axis `push` points into the wall.
 fn upright(normal: [f64; 3], pose: &Pose, push: [f64; 3]) -> Option<[[f64; 3]; 3]> {
     let into = scale(-1.0, normal);
     let now = pose.rotate(push);

@@ -14,25 +14,25 @@ use crate::template::Template;
 const FORCE: f64 = 10.0;
 /// Share of the force that the drives can sustain.
 const SHARE: f64 = 0.25;
-/// Greatest mass of a tool, kg; how far its weight makes the softest mount sag at most, m, and the least natural frequency
-/// on it, Hz.
+/// Maximum mass of a tool, kg; maximum sag of the softest mount under its weight, m; and minimum natural frequency of
+/// the tool on that mount, Hz.
 const HEAVIEST: f64 = 5.0;
 const SAG: f64 = 0.02;
 const SLOWEST: f64 = 1.0;
-/// How many times softer than the stiff mount the softest is.
+/// Ratio of the stiffness of the stiff mount to that of the softest.
 const SOFTER: f64 = 40.0;
-/// Greatest standard deviation of the wall's position, and of a joint's sensor seen at the tool, and deflection that
-/// matters, m: those of robots as large as an arm of one metre.
+/// Maxima of the wall's position uncertainty, of a joint sensor's noise at the tool, and of the characteristic
+/// deflection, m; an arm with a reach of one metre has these values.
 const WALL: f64 = 0.005;
 const TIP: f64 = 0.002;
 const DEFLECTION: f64 = 0.02;
-/// Steps of a task at least and at most, and between them how long each is at most, s: longer ones are too coarse for drives
+/// Minimum and maximum number of steps, and maximum time step in between, s: longer steps are too coarse for drives
 /// of 10 Hz and for mounts.
 const STEPS: [usize; 2] = [200, 2000];
 const STEP: f64 = 5e-3;
-/// Stiffness of the mount of a tool that moves freely, as a share of that of one that presses.
+/// Stiffness of the mount of a freely moving tool, relative to that of a pressing tool.
 const FREE: f64 = 0.2;
-/// Share of the time within which joints reach the speed that matters.
+/// Share of the task's time within which joints accelerate to their characteristic speed.
 const SPEEDING_UP: f64 = 0.2;
 
 /// The numbers of a task, in SI units.
@@ -66,15 +66,15 @@ pub struct Rules {
     pub bandwidth: f64,
     /// Speed over which joints wander in a second, rad/s or m/s.
     pub disturbance: f64,
-    /// The limit of the cost: its place between the cost with the precise sensor and that without.
+    /// Where the cost limit lies between the costs with the precise and the coarsest sensor: 0 to 1.
     pub margin: f64,
 }
 
 impl Rules {
-    /// Those of a limb in a posture; `longer` stretches the length over which the contact sets in.
+    /// Rules for a limb in a posture; `longer` scales the contact's smoothing length.
     ///
     /// # Errors
-    /// Where `set` names what is no number of a task, or a value that cannot be.
+    /// If `set` contains an unknown number or an invalid value.
     pub fn of(limb: &Limb, start: &Start, template: Template, set: &[String], longer: f64) -> Result<Self, Failure> {
         let most = round(FORCE.min(SHARE * start.sustained).min(FORCE * limb.reach / 0.5));
         let mut rules = Self {
@@ -109,7 +109,7 @@ impl Rules {
         let yielding = axes.iter().zip(template.yields()).filter(|(_, yields)| *yields);
         let weight = rules.mass * yielding.map(|(axis, _)| dot(*axis, limb.gravity).powi(2)).sum::<f64>().sqrt();
         let least = (weight / SAG).max(rules.mass * (2.0 * PI * SLOWEST).powi(2));
-        // A tool that moves freely rings in a stiff mount faster than steps follow.
+        // On a stiff mount, a freely moving tool would oscillate too fast for the time step.
         let share = if template == Template::Reach { FREE } else { 1.0 };
         let stiffness = round(share * 1e3 * rules.force / limb.reach);
         let stiffness = if stiffness < SOFTER * least { round_up(SOFTER * least) } else { stiffness };
@@ -205,7 +205,7 @@ impl Rules {
         four_digits((self.stiffness * self.mass).sqrt())
     }
 
-    /// Stiffness of the wall, N/m: the force goes as deep as the contact sets in.
+    /// Stiffness of the wall, N/m: under the force, the penetration equals the smoothing length.
     pub fn wall_stiffness(&self) -> f64 {
         four_digits(self.force / self.smoothing)
     }
@@ -225,33 +225,33 @@ impl Rules {
         four_digits(1.0 / (tolerance * tolerance))
     }
 
-    /// Speed that matters of joints that slide, m/s, or of those that turn, rad/s: ten times that of the travel within the
-    /// time, and at most half of the least speed limit of these joints.
+    /// Characteristic speed of sliding joints, m/s, or of turning joints, rad/s: ten times the mean speed of the travel,
+    /// and at most half of the lowest speed limit of these joints.
     pub fn joint_speed(&self, limb: &Limb, slides: bool) -> f64 {
         let lever = if slides { 1.0 } else { limb.lever() };
         round(10.0 * self.travel / (self.time * lever)).min(four_digits(0.5 * limb.slowest(slides)))
     }
 
-    /// Acceleration that matters of these joints, m/s^2 or rad/s^2: to the speed that matters in a fifth of the time.
-    /// Commands that ask for more, which cost nothing by themselves, are those that real drives cannot follow.
+    /// Characteristic acceleration of these joints, m/s^2 or rad/s^2: reaches their speed in a fifth of the time. Without
+    /// this term, commands would cost nothing and might demand more than real drives can follow.
     pub fn joint_acceleration(&self, limb: &Limb, slides: bool) -> f64 {
         four_digits(self.joint_speed(limb, slides) / (SPEEDING_UP * self.time))
     }
 
-    /// Speed over which Coulomb friction builds up, rad/s, or m/s where all joints slide: half of the speed that matters, so
-    /// that the linearisation sees the friction of motions and not a brake at rest.
+    /// Speed over which Coulomb friction builds up, rad/s, or m/s if all joints slide: half of the characteristic speed,
+    /// so that the linearisation captures friction in motion instead of a brake at rest.
     pub fn friction_smoothing(&self, limb: &Limb) -> f64 {
         four_digits(0.5 * self.joint_speed(limb, limb.slides()))
     }
 
-    /// Deviation of a commanded position from the one that holds the start that matters, rad, or m where all slide: three
-    /// times that of the travel.
+    /// Tolerated deviation of a position command from the one that holds the start, rad, or m if all joints slide: three
+    /// times the travel.
     pub fn command(&self, limb: &Limb) -> f64 {
         four_digits(3.0 * round(self.travel / limb.lever()))
     }
 
-    /// Torque beside that which holds the robot up that matters, N m, or N where all joints slide: that of the force, or
-    /// that which friction and damping take at the speed that matters.
+    /// Tolerated torque beyond that which supports the robot, N m, or N if all joints slide: that of the contact force, or
+    /// of friction and damping at the characteristic speed, if greater.
     pub fn load(&self, limb: &Limb) -> f64 {
         let slides = limb.slides();
         let speed = self.joint_speed(limb, slides);
@@ -265,7 +265,7 @@ pub fn door_width(limb: &Limb) -> f64 {
     round(0.3 * limb.reach)
 }
 
-/// The number 1, 2 or 5 times a power of ten next to a number.
+/// Rounds to the nearest of 1, 2 or 5 times a power of ten.
 pub fn round(value: f64) -> f64 {
     if value <= 0.0 || !value.is_finite() {
         return value;
@@ -276,7 +276,7 @@ pub fn round(value: f64) -> f64 {
     four_digits(first * decade)
 }
 
-/// The least number 1, 2 or 5 times a power of ten that is not below a number.
+/// Rounds up to 1, 2 or 5 times a power of ten.
 fn round_up(value: f64) -> f64 {
     let decade = 10.0_f64.powf(value.log10().floor());
     let above = |first: &f64| first * decade >= value * (1.0 - 1e-9);

@@ -29,7 +29,7 @@ pub struct Draft<'a> {
     pub limit: Option<Limit>,
     /// Whether plans keep the limits of the robot.
     pub enforced: bool,
-    /// The stiffness at which searches begin, where the stiff mount exceeds the limit, N/m.
+    /// Stiffness at which searches begin if the stiff mount exceeds the cost limit, N/m.
     pub first: Option<f64>,
     /// Roll-outs, where the usual number would be too few.
     pub rollouts: Option<usize>,
@@ -58,7 +58,7 @@ fn names(names: &[impl AsRef<str>]) -> String {
     format!("[{}]", shown.join(", "))
 }
 
-/// A line with a comment in the column where comments stand.
+/// A line with a comment in the comment column.
 fn said(text: &mut String, line: &str, comment: &str) {
     let _ = writeln!(text, "{line:<32} # {comment}");
 }
@@ -101,7 +101,7 @@ impl Draft<'_> {
         self.limb.free_name("hinge")
     }
 
-    /// Joints of the mount: across, across and along the direction that it pushes in.
+    /// Joints of the mount: two lateral ones, then the pressing direction.
     fn axes(&self) -> [String; 3] {
         ["x", "y", "z"].map(|axis| format!("{}_{axis}", self.mount_name()))
     }
@@ -133,11 +133,7 @@ impl Draft<'_> {
             let _ = writeln!(text, "package_roots = {}", names(&self.package_roots));
         }
         if let Some(line) = limb.planning.locked_line() {
-            let _ = writeln!(
-                text,
-                "# Joints that do not move `{}`, or that move nothing with inertia.\n{line}",
-                limb.frame
-            );
+            let _ = writeln!(text, "# Joints that do not move `{}`, or that move no inertia.\n{line}", limb.frame);
         }
         if let Some(substeps) = self.substeps {
             said(text, &format!("substeps = {substeps}"), "roll-outs on whole steps differ from those on finer ones");
@@ -165,7 +161,7 @@ impl Draft<'_> {
             text,
             "\n# The mount: three slides with springs, and the tool beyond them. z points {}.\n\
              [[model.insert]]\nname = {:?}\nframe = {:?}\nrpy = {}\n",
-            if template.touches() { "into the wall" } else { "ahead" },
+            if template.touches() { "into the wall" } else { "forwards" },
             self.mount_name(),
             limb.frame,
             list(&start.mount),

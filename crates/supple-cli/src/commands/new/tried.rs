@@ -8,22 +8,22 @@ use super::templates::Draft;
 use crate::failure::Failure;
 use crate::template::Template;
 
-/// Iterations of a plan at most: designs of templates take some tens from their first guess, and a search has to find them
-/// anew.
+/// Maximum iterations of a plan: template designs take some tens from their initial guess, and a search must be able
+/// to find the plan again.
 const MOST_ITERATIONS: usize = 100;
-/// Roll-outs where the usual number is too few to tell.
+/// Number of roll-outs if the usual number is too small to be conclusive.
 pub const MANY: usize = 1000;
-/// Tolerances by which a plan may end beside its target.
+/// How far, in tolerances, a plan may end from its target.
 const BESIDE: f64 = 3.0;
-/// By which share of the cost a sensor that is of use lowers it.
+/// A sensor is useful if it lowers the cost by at least this share.
 const LEAST_USE: f64 = 0.05;
 
-/// A draft and what is known of it: first its plan with the stiff mount, then the limit of its cost and roll-outs of the
-/// design that a search begins from.
+/// A draft and what is known about it: first its plan with the stiff mount, later its cost limit and roll-outs of the
+/// initial design of a search.
 pub struct Tried<'a> {
     draft: Draft<'a>,
     problem: Problem,
-    /// Of the plan that was found last, from which those of other mounts and of roll-outs begin.
+    /// Controls of the most recent plan, which warm-start plans with other mounts and roll-outs.
     controls: Option<Matrices>,
     /// Whether its limit and its roll-outs are known.
     is_complete: bool,
@@ -31,7 +31,7 @@ pub struct Tried<'a> {
     pub touches: bool,
     /// Whether the plan exceeds limits of the robot.
     pub is_limited: bool,
-    /// What roll-outs say of the linearisation; none where there are none.
+    /// What roll-outs show about the linearisation; `None` without roll-outs.
     trust: Option<Trust>,
     /// What is wrong with it, for people.
     pub faults: Vec<String>,
@@ -67,7 +67,7 @@ impl<'a> Tried<'a> {
         Ok(tried)
     }
 
-    /// Takes in what an evaluation says.
+    /// Stores the findings of an evaluation.
     fn judge(&mut self, task: &TaskEvaluation) {
         self.converged = task.status.is_converged();
         self.touches = touches(task);
@@ -77,7 +77,7 @@ impl<'a> Tried<'a> {
         self.controls = controls(task);
     }
 
-    /// The same with the limit of its cost, the design that a search begins from, and roll-outs of that.
+    /// The same draft with its cost limit, initial design and roll-outs of that design.
     #[must_use]
     pub fn complete(mut self) -> Self {
         if self.is_complete || !self.converged {
@@ -90,7 +90,7 @@ impl<'a> Tried<'a> {
         let mut first = (stiff > limit.bound && best.is_finite()).then_some(best);
         if let (Some(found), Ok(k)) = (first, problem.parameters.index("k")) {
             let stiff = std::mem::replace(&mut phi[k], found);
-            // The plan was found from that of another stiffness, and a search begins without it.
+            // That plan was warm-started from another stiffness; check that a cold start, as in a search, converges too.
             match evaluate(problem, &phi, 0, None) {
                 Ok(evaluation) if evaluation.tasks[0].status.is_converged() => {
                     self.controls = controls(&evaluation.tasks[0]);
@@ -123,7 +123,7 @@ impl<'a> Tried<'a> {
         if self.converged && !self.is_limited {
             self.remarks.extend(softest.as_ref().map(of_softest));
         }
-        // What makes a sensor of use, more uncertainty, makes a doubtful linearisation worse.
+        // More uncertainty would make the sensor useful, but a doubtful linearisation worse.
         if coarse < precise * (1.0 + LEAST_USE) && !self.is_doubtful() {
             self.faults.push(of_little_use(self.draft.template, precise, coarse));
         }
@@ -156,7 +156,7 @@ impl<'a> Tried<'a> {
         Draft { substeps: Some(substeps), limit: None, first: None, ..self.draft.clone() }
     }
 
-    /// Of two, the one with less wrong.
+    /// Of two drafts, the one with fewer problems.
     #[must_use]
     pub fn or_better(self, other: Option<Self>) -> Self {
         match other {
@@ -165,7 +165,7 @@ impl<'a> Tried<'a> {
         }
     }
 
-    /// The less, the better: plans with roll-outs had no fault before them.
+    /// Lower is better; a draft with roll-outs had no faults before them.
     fn rank(&self) -> (bool, bool, bool, bool, Option<Verdict>, usize) {
         let verdict = self.trust.as_ref().map(|trust| trust.verdict);
         (!self.converged, !self.touches, self.is_limited, !self.is_complete, verdict, self.faults.len())
@@ -218,7 +218,7 @@ fn faults(draft: &Draft, task: &TaskEvaluation) -> Vec<String> {
     }
     if let Some(trust) = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds) {
         let numbers = match draft.template {
-            Template::Reach => "; try --set disturbance, with less of it, or --set travel",
+            Template::Reach => "; try a smaller --set disturbance, or another --set travel",
             Template::Handle => "; try a smaller --set wall_sd or --set travel",
             _ => "; try a larger --set smoothing or a smaller --set wall_sd",
         };

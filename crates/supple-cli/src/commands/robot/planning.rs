@@ -1,4 +1,4 @@
-//! What it takes to plan with a robot.
+//! What a robot file lacks or needs for planning.
 
 use std::fmt::Write;
 
@@ -7,16 +7,16 @@ use supple_text::quoted;
 
 use super::words::{name, number};
 
-/// Joints of a robot that is looked at, at most: plans of more take too long.
+/// Maximum number of joints to analyse: larger plans take too long.
 const MOST_JOINTS: usize = 300;
-/// Mass of a root below which it only stands for one, kg.
+/// Mass below which a root link counts as a massless placeholder, kg.
 const LIGHT: f64 = 1e-3;
 
 /// What it takes to plan with a robot.
 pub struct Planning {
     /// Joints to lock: they move nothing with inertia, or have a single position.
     pub lock: Vec<String>,
-    /// Those of them whose range in the file is a single position.
+    /// Of these, the joints whose range in the file is a single position.
     pub still: Vec<String>,
     /// The robot without them.
     pub robot: Robot,
@@ -66,15 +66,15 @@ impl Planning {
     /// What joints have that are to be locked.
     fn why_locked(&self) -> &'static str {
         match (self.lock.len() - self.still.len(), self.still.len()) {
-            (1, 0) => "a joint that moves nothing with inertia",
-            (_, 0) => "joints that move nothing with inertia",
+            (1, 0) => "a joint that moves no inertia",
+            (_, 0) => "joints that move no inertia",
             (0, 1) => "a joint whose range is a single position",
             (0, _) => "joints whose range is a single position",
-            _ => "joints that move nothing with inertia, or whose range is a single position",
+            _ => "joints that move no inertia, or whose range is a single position",
         }
     }
 
-    /// Why there can be no plan; none where there can.
+    /// Why planning is impossible, if it is.
     pub fn obstacle(&self) -> Option<String> {
         match (self.tree.dofs(), self.lock.is_empty()) {
             (0, true) => Some("no joint moves, so there is nothing to control".into()),

@@ -225,9 +225,7 @@ impl Priced {
                 return Ok(self.distance);
             }
             if steps >= MOST_STEPS {
-                return Err(format!(
-                    "that the regulator's price is paid within {MOST_STEPS} steps could not be proved"
-                ));
+                return Err(format!("could not prove that the regulator's price is paid within {MOST_STEPS} steps"));
             }
             steps = (4 * steps).min(MOST_STEPS);
         }

@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         };
         let valid: Vec<&str> = own.iter().copied().chain(apart()).collect();
         let found = key.get_ref();
-        let error = ReadError::custom(format_args!("unknown key `{found}`; valid are {}", quoted(&valid)));
+        let error = ReadError::custom(format_args!("unknown key `{found}`; valid: {}", quoted(&valid)));
         Err(ReadError { help: instead_of(found, &valid), ..error }.within(&as_key(found), key.span()))
     }
 

@@ -133,7 +133,7 @@ impl File {
             (Some(face), _) => face,
             (None, WallShape::Plane) => Face::PlusZ,
             (None, WallShape::Box(_)) => {
-                let message = format!("is missing: `{geom}` is a box; valid are `+x`, `-x`, `+y`, `-y`, `+z`, `-z`");
+                let message = format!("is missing: `{geom}` is a box; valid: `+x`, `-x`, `+y`, `-y`, `+z`, `-z`");
                 let help = "the face in contact with the robot, in the box frame";
                 return Err(Unfit::new("face", message).with_help(help));
             }

@@ -42,7 +42,7 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// What it sees of a situation.
+    /// The part of the robot's state to which it has access.
     pub fn own<'a, S: Scalar>(&self, now: &'a Situation<'a, S>) -> Own<'a, S> {
         now.seen_from(self.coordinate, self.constant)
     }
@@ -87,7 +87,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Adds its forces to those of all.
+    /// Adds its forces to the total.
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
 
     /// How its forces fall with the [rates](Own::rates) that they are linear in.

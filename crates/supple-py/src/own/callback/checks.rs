@@ -12,8 +12,8 @@ impl Callback {
         Python::attach(|py| self.failures.keep(errors::usage(py, message)));
     }
 
-    /// Refuses derivatives along a trajectory that are not finite though states and controls are. Among samples that
-    /// run in closed loop they are those of one that has diverged, which the engine counts.
+    /// Rejects non-finite derivatives along a trajectory at finite states and controls. In closed-loop samples,
+    /// they come from a run that has diverged, which the engine counts.
     ///
     /// `width` numbers belong to each point; the points are those from `first` on.
     pub(super) fn check_finite(&self, what: &str, at: &Points, first: usize, numbers: &[f64], width: usize) {

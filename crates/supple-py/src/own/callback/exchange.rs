@@ -160,7 +160,7 @@ pub fn write_quadratics(
             }
             None => (&*nothing, &nothing[..width]),
         };
-        // What the last call made convex may not be all that this one writes.
+        // The engine may have convexified the previous result in place and filled entries that are not written now.
         out.at_mut(index).fill(0.0);
         write(out, index, second, width, set);
         let (stride, matrix) = (out.stride(), out.at_mut(index));

@@ -16,8 +16,8 @@ use super::{Context, Failures, field};
 
 /// A [`System`] that calls an object with the methods of `supple._backends.protocol.Backend`.
 ///
-/// Works on any thread: it attaches to the interpreter for the time of a call. What a call raises, and results of the
-/// wrong type or shape, go to [`Failures`]; the outputs become NaN, with which the engine ends soon.
+/// Works on any thread: it attaches to the interpreter for each call. Exceptions, and results of the
+/// wrong type or shape, go to [`Failures`]; the outputs become NaN, which soon ends the computation.
 pub struct Callback {
     backend: Py<PyAny>,
     size: Dimensions,
@@ -187,7 +187,7 @@ impl System for Callback {
         };
         fill(&mut out.states, states, steps + 1, (1, n));
         fill(&mut out.controls, controls, steps, (1, m));
-        // The search tries others.
+        // The search then tries other controls.
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 

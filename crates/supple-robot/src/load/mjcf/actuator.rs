@@ -86,7 +86,7 @@ impl<'a> Reader<'a, '_> {
         };
         let Some(&joint) = joints.get(target) else {
             let known: Vec<_> = self.moving().map(|joint| joint.own.name.as_str()).collect();
-            let message = format!("there is no joint {}; known are {}", shown(target), listed(&known));
+            let message = format!("there is no joint {}; known: {}", shown(target), listed(&known));
             let error = at.error_at(attribute, message);
             return Err(FileError { help: near(target, &known), ..error });
         };
@@ -126,7 +126,7 @@ impl<'a> Reader<'a, '_> {
         }
         let limits = self.parts.joints[joint].own.limits;
         if own.is_some() {
-            return Err(values.error("inheritrange", "the range is given by `ctrlrange` or by `inheritrange`"));
+            return Err(values.error("inheritrange", "give either `ctrlrange` or `inheritrange`, not both"));
         }
         if !(limits.lower.is_finite() && limits.upper.is_finite()) {
             return Err(values.error("inheritrange", "its joint has no range to inherit"));
@@ -168,7 +168,7 @@ impl<'a> Reader<'a, '_> {
 fn gear(values: &Values) -> Result<f64, FileError> {
     let Some(found) = values.list("gear")? else { return Ok(1.0) };
     if found.len() > 6 {
-        return Err(values.error("gear", format!("`gear` is at most 6 numbers, and has {}", found.len())));
+        return Err(values.error("gear", format!("`gear` must have at most 6 numbers; found {}", found.len())));
     }
     Ok(found.first().copied().unwrap_or(1.0))
 }

@@ -171,8 +171,7 @@ impl<'a> Reader<'a, '_> {
                 "inertial" => {
                     check_attributes(child, "inertial", &mut self.parts.warnings);
                     if let Some(first) = items.inertial.replace(child) {
-                        let message =
-                            format!("there is at most one `inertial` in a body; the first is at {}", first.place());
+                        let message = format!("a body may have only one `inertial`; the first is at {}", first.place());
                         return Err(child.error(message));
                     }
                 }

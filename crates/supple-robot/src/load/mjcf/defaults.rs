@@ -134,7 +134,7 @@ impl<'a> Classes<'a> {
         let mut known: Vec<_> = self.names.iter().map(|(name, (index, _))| (*index, *name)).collect();
         known.sort_unstable();
         let known: Vec<_> = known.into_iter().map(|(_, name)| name).collect();
-        let message = format!("there is no class {}; known are {}", shown(name), listed(&known));
+        let message = format!("there is no class {}; known: {}", shown(name), listed(&known));
         let error = at.error_at(attribute, message);
         Err(match near(name, &known) {
             Some(help) => error.with_help(help),

@@ -68,7 +68,7 @@ impl<'a> Reader<'a, '_> {
             let name = at.required(attribute)?;
             joints.get(name).copied().ok_or_else(|| {
                 let known: Vec<_> = self.parts.joints.iter().map(|joint| joint.own.name.as_str()).collect();
-                let message = format!("there is no joint {}; known are {}", shown(name), listed(&known));
+                let message = format!("there is no joint {}; known: {}", shown(name), listed(&known));
                 let error = at.error_at(attribute, message);
                 match near(name, &known) {
                     Some(help) => error.with_help(help),
@@ -87,7 +87,7 @@ impl<'a> Reader<'a, '_> {
         if let Some(found) = at.list("polycoef")? {
             if found.len() > 5 {
                 return Err(
-                    at.error_at("polycoef", format!("`polycoef` is at most 5 numbers, and has {}", found.len()))
+                    at.error_at("polycoef", format!("`polycoef` must have at most 5 numbers; found {}", found.len()))
                 );
             }
             coefficients.iter_mut().zip(found).for_each(|(coefficient, found)| *coefficient = found);

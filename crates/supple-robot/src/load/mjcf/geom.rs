@@ -110,8 +110,7 @@ impl<'a> Reader<'a, '_> {
             Some((placed, half)) => {
                 match shape {
                     Shape::Sphere => {
-                        let message =
-                            "`fromto` is for a `capsule`, `cylinder`, `box` or `ellipsoid`, and this is a `sphere`";
+                        let message = "`fromto` requires a `capsule`, `cylinder`, `box` or `ellipsoid`; found `sphere`";
                         return Err(values.error("fromto", message));
                     }
                     Shape::Box | Shape::Ellipsoid => (size[1], size[2]) = (size[0], half),
@@ -166,7 +165,7 @@ fn check_sizes(values: &Values, size: [f64; 3], needed: usize) -> Result<(), Fil
     match size.iter().take(needed).position(|&size| size <= 0.0) {
         None => Ok(()),
         Some(i) => {
-            let message = format!("number {} of `size` must be positive, and is {}", i + 1, size[i]);
+            let message = format!("number {} of `size` must be positive; found {}", i + 1, size[i]);
             Err(values.error("size", message))
         }
     }
@@ -175,9 +174,7 @@ fn check_sizes(values: &Values, size: [f64; 3], needed: usize) -> Result<(), Fil
 /// A number that is at least 0.
 fn least_zero(values: &Values, name: &'static str) -> Result<Option<f64>, FileError> {
     match values.number(name)? {
-        Some(number) if number < 0.0 => {
-            Err(values.error(name, format!("`{name}` must be at least 0, and is {number}")))
-        }
+        Some(number) if number < 0.0 => Err(values.error(name, format!("`{name}` must be at least 0; found {number}"))),
         number => Ok(number),
     }
 }

@@ -50,7 +50,7 @@ impl Sources {
             let document = Document::parse(&text, &name)?;
             let root = document.root();
             if size > LARGEST {
-                return Err(root.error(format!("the files of a robot have at most {LARGEST} bytes together")));
+                return Err(root.error(format!("the files of a robot may have at most {LARGEST} bytes in total")));
             }
             let own = path.parent().unwrap_or(Path::new(""));
             files.gather(&document, Some(next), depth, &[folder, own], &mut seen, options)?;

@@ -53,7 +53,7 @@ impl<'a> Reader<'a, '_> {
         let inertias = || self.parts.links.iter().filter_map(|link| link.inertia.as_ref());
         let mass: f64 = inertias().map(|(inertia, _)| inertia.mass).sum();
         if mass <= 0.0 {
-            return Err(world.error("`settotalmass` scales the masses of the bodies in it, and they have none"));
+            return Err(world.error("`settotalmass` requires bodies with mass"));
         }
         let factor = total / mass;
         for (inertia, _) in self.parts.links.iter_mut().filter_map(|link| link.inertia.as_mut()) {
@@ -71,11 +71,11 @@ impl<'a> Reader<'a, '_> {
         let frame = pose(&Values::own(at), self.settings)?;
         let moment = match (diagonal, full) {
             (Some(_), Some(_)) => {
-                return Err(at.error_at("fullinertia", "moments are given by `diaginertia` or by `fullinertia`"));
+                return Err(at.error_at("fullinertia", "give either `diaginertia` or `fullinertia`, not both"));
             }
             (None, Some(_)) if at.attributes().any(|name| super::known::ORIENTATIONS.contains(&name)) => {
                 return Err(
-                    at.error_at("fullinertia", "`fullinertia` is in the body's axes, and goes with no orientation")
+                    at.error_at("fullinertia", "`fullinertia` is in the body's axes and excludes an orientation")
                 );
             }
             (None, Some([xx, yy, zz, xy, xz, yz])) => [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],

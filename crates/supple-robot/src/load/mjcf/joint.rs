@@ -90,11 +90,9 @@ impl<'a> Reader<'a, '_> {
     ) -> Result<Option<[f64; 2]>, FileError> {
         let range: Option<[f64; 2]> = values.numbers(name)?.filter(|range| *range != [0.0; 2]);
         match (values.choice(limited, &LIMITED)?.flatten(), range) {
-            (Some(true), None) => Err(values.error(limited, format!("it is limited, and has no `{name}`"))),
-            (None, Some(_)) if !self.settings.autolimits => Err(values.error(
-                name,
-                format!("with `autolimits` off, a `{name}` goes with `{limited}`, which is \"true\" or \"false\""),
-            )),
+            (Some(true), None) => Err(values.error(limited, format!("it is limited but has no `{name}`"))),
+            (None, Some(_)) if !self.settings.autolimits => Err(values
+                .error(name, format!("with `autolimits` off, `{name}` requires `{limited}`, \"true\" or \"false\""))),
             (Some(true) | None, Some([lower, upper])) if lower >= upper => {
                 Err(values.error(name, format!("the first number of `{name}` must be less than the second")))
             }

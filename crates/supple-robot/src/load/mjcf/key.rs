@@ -27,7 +27,7 @@ impl<'a> Reader<'a, '_> {
             }
             check_attributes(at, "key", &mut self.parts.warnings);
             if (number + 1).saturating_mul(self.parts.joints.len()) > MOST {
-                return Err(at.error(format!("keyframes hold at most {MOST} numbers together")));
+                return Err(at.error(format!("keyframes may hold at most {MOST} numbers in total")));
             }
             let name = at.attribute("name").filter(|name| !name.is_empty());
             let name = name.map_or_else(|| format!("key{number}"), str::to_owned);

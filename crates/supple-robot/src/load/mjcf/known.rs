@@ -80,7 +80,7 @@ pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {
 pub(super) fn require_attributes(at: Element, tag: &str) -> Result<(), FileError> {
     let known: Vec<_> = attributes(tag).collect();
     let Some(name) = at.attributes().find(|name| !known.contains(name)) else { return Ok(()) };
-    let error = at.error_at(name, format!("attribute {} is not known; valid are {}", shown(name), listed(&known)));
+    let error = at.error_at(name, format!("attribute {} is not known; valid: {}", shown(name), listed(&known)));
     Err(FileError { help: near(name, &known), ..error })
 }
 

@@ -85,7 +85,7 @@ impl Numbers {
                 (self.gain, self.bias[1]) = (kp, -kp);
                 match (least_zero(at, "kv")?, least_zero(at, "dampratio")?) {
                     (Some(_), Some(_)) => {
-                        return Err(at.error_at("dampratio", "damping is given by `kv` or by `dampratio`"));
+                        return Err(at.error_at("dampratio", "give either `kv` or `dampratio`, not both"));
                     }
                     (Some(kv), None) => self.bias[2] = -kv,
                     (None, Some(ratio)) => self.bias[2] = ratio,
@@ -124,7 +124,7 @@ impl Numbers {
             );
         }
         if !self.fixed {
-            return Err("its gain is no plain number: only `gaintype` \"fixed\" is supported");
+            return Err("its gain is not a plain number: only `gaintype` \"fixed\" is supported");
         }
         let [offset, slope, rate] = match self.affine {
             Bias::None => [0.0; 3],
@@ -152,7 +152,7 @@ fn overlay(at: Element, name: &str, into: &mut [f64]) -> Result<(), FileError> {
 /// A number that is at least 0, where there is one.
 fn least_zero(at: Element, name: &str) -> Result<Option<f64>, FileError> {
     match at.number(name)? {
-        Some(number) if number < 0.0 => Err(at.error_at(name, format!("`{name}` must be at least 0, and is {number}"))),
+        Some(number) if number < 0.0 => Err(at.error_at(name, format!("`{name}` must be at least 0; found {number}"))),
         number => Ok(number),
     }
 }

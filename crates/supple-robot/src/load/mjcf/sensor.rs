@@ -126,7 +126,9 @@ fn framed(at: Element, of: Of, known: &Known) -> Result<Result<Target, String>, 
     let (kind, name) = (at.required("objtype")?, at.required("objname")?);
     if let Some(reference) = at.attribute("refname") {
         let reference = shown(reference);
-        return Ok(Err(format!("it measures as seen from {reference}; only measurements in the world are supported")));
+        return Ok(Err(format!(
+            "it measures relative to {reference}; only measurements in the world frame are supported"
+        )));
     }
     match kind {
         "xbody" | "body" => match known.bodies.get(name) {
@@ -141,7 +143,7 @@ fn framed(at: Element, of: Of, known: &Known) -> Result<Result<Target, String>, 
         "geom" | "camera" => Ok(Err(format!("it is about a {kind}; {HELP}"))),
         _ => {
             let valid = listed(&["body", "xbody", "geom", "site", "camera"]);
-            Err(at.error_at("objtype", format!("`objtype` is {}; valid are {valid}", shown(kind))))
+            Err(at.error_at("objtype", format!("`objtype` is {}; valid: {valid}", shown(kind))))
         }
     }
 }
@@ -151,7 +153,7 @@ fn unknown<'k>(at: Element, attribute: &str, what: &str, known: impl Iterator<It
     let mut known: Vec<_> = known.collect();
     known.sort_unstable();
     let name = at.attribute(attribute).unwrap_or_default();
-    let listed = if known.is_empty() { "there are none".to_owned() } else { format!("known are {}", listed(&known)) };
+    let listed = if known.is_empty() { "there are none".to_owned() } else { format!("known: {}", listed(&known)) };
     let error = at.error_at(attribute, format!("there is no {what} {}; {listed}", shown(name)));
     FileError { help: near(name, &known), ..error }
 }

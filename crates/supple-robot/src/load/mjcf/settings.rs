@@ -108,7 +108,7 @@ impl Settings {
         for (name, into) in [("boundmass", &mut self.least_mass), ("boundinertia", &mut self.least_moment)] {
             let Some(least) = at.number(name)? else { continue };
             if least < 0.0 {
-                return Err(at.error_at(name, format!("`{name}` must be at least 0, and is {least}")));
+                return Err(at.error_at(name, format!("`{name}` must be at least 0; found {least}")));
             }
             *into = least;
         }
@@ -118,7 +118,7 @@ impl Settings {
         if let Some(sequence) = at.attribute("eulerseq") {
             self.euler = turns(sequence).ok_or_else(|| {
                 let found = shown(sequence);
-                at.error_at("eulerseq", format!("`eulerseq` is three letters of `xyzXYZ`, and this is {found}"))
+                at.error_at("eulerseq", format!("`eulerseq` must be three letters of `xyzXYZ`; found {found}"))
             })?;
         }
         Ok(())

@@ -76,10 +76,10 @@ impl<'a> Frames<'a> {
         for (i, node) in nodes.iter().enumerate() {
             if node.name == WORLD && node.kind == Kind::Link {
                 warnings.note("world link", node.at, || {
-                    "`world` is the name of the world; here it is that of a link of the robot".to_owned()
+                    "`world` is the name of the world frame; here a link of the robot has this name".to_owned()
                 });
             } else if node.name == WORLD {
-                return Err(node.at.error_at("name", "`world` is the name of the world, and of nothing else"));
+                return Err(node.at.error_at("name", "the name `world` is reserved for the world frame"));
             }
             if let Some(&first) = index.get(node.name) {
                 let first: &Node = &nodes[first];
@@ -87,7 +87,7 @@ impl<'a> Frames<'a> {
                 if first.kind == node.kind {
                     return Err(node.at.error_at("name", others + "; names must differ"));
                 }
-                warnings.note("shared name", node.at, || others + ", and is meant where the name is used");
+                warnings.note("shared name", node.at, || others + "; references to the name mean that one");
             } else {
                 index.insert(node.name, i);
             }
@@ -216,7 +216,7 @@ impl<'a> Frames<'a> {
                 format!("{} is in another model, and only this one is read", shown(name))
             } else {
                 let names: Vec<_> = self.nodes.iter().map(|node| node.name).collect();
-                format!("there is no link, joint or frame {}; known are {}", shown(name), listed(&names))
+                format!("there is no link, joint or frame {}; known: {}", shown(name), listed(&names))
             };
             let by_attribute = at.attributes().any(|attribute| at.attribute(attribute) == Some(name));
             let error = if by_attribute { at.error_naming(name, message) } else { at.error_in_content(message) };

@@ -145,7 +145,7 @@ fn limits(at: Element) -> Result<Limits, FileError> {
 fn mimic(at: Element) -> Result<MimicPart, FileError> {
     let name = at.required("joint")?.to_owned();
     if let Some(axis) = at.attribute("axis").filter(|&axis| axis != "axis") {
-        return Err(at.error_at("axis", format!("a joint has one `axis` here, and {} is not it", shown(axis))));
+        return Err(at.error_at("axis", format!("only one `axis` per joint is supported; {} is not", shown(axis))));
     }
     let ratio = number(at, "multiplier")?.unwrap_or(1.0);
     let offset = number(at, "offset")?.unwrap_or(0.0) - ratio * number(at, "reference")?.unwrap_or(0.0);

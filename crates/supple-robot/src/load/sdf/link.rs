@@ -83,7 +83,7 @@ impl Reader<'_> {
         let link = at.parent().and_then(|link| link.attribute("name"));
         if let Some(reference) = relative_to.filter(|reference| Some(reference.name.as_str()) != link) {
             let name = &reference.name;
-            let message = format!("a centre of mass is placed in its own link, and not in {}", shown(name));
+            let message = format!("a centre of mass must be given in its own link, not in {}", shown(name));
             return Err(reference.at.error_naming(name, message));
         }
         let mass = number(at, "mass")?;
@@ -92,7 +92,7 @@ impl Reader<'_> {
             [(mass.is_none(), "mass", "1 kg"), (inertia.is_none(), "inertia", "1 kg m^2 about each axis")]
         {
             if missing {
-                self.warnings.note(what, at, || format!("it has no `{what}`, and gets what SDF then has: {unit}"));
+                self.warnings.note(what, at, || format!("it has no `{what}`; the SDF default is used: {unit}"));
             }
         }
         let mut moment = Pose::IDENTITY.rotation;

@@ -128,7 +128,7 @@ impl Reader<'_> {
             for element in world.children() {
                 match element.tag() {
                     "include" => return Err(included(element)),
-                    "joint" => return Err(element.error("joints are in a model; one in a world is not supported")),
+                    "joint" => return Err(element.error("joints outside a model are not supported")),
                     "frame" => self.warnings.ignore(element),
                     _ => pass_over(element, &WORLD_READ, &WORLD_IGNORED, &mut self.warnings),
                 }
@@ -183,7 +183,8 @@ impl Reader<'_> {
     fn place(&mut self, model: Element, frames: &Frames) -> Result<Pose, FileError> {
         let (pose, relative_to) = pose(model, self.version, &mut self.warnings)?;
         if let Some(reference) = relative_to.filter(|reference| reference.name != WORLD) {
-            let message = format!("a model is placed in the world, and not relative to {}", shown(&reference.name));
+            let message =
+                format!("the pose of a model must be relative to the world, not to {}", shown(&reference.name));
             return Err(reference.at.error_naming(&reference.name, message));
         }
         match model.attribute("placement_frame").filter(|name| !name.is_empty()) {
@@ -213,7 +214,7 @@ impl Reader<'_> {
         if !is_static {
             for &root in &roots {
                 self.warnings.note("not attached", frames.element(root), || {
-                    "no joint attaches it to anything, and it is taken as fixed in the world".to_owned()
+                    "no joint attaches it to anything; it is treated as fixed to the world".to_owned()
                 });
             }
         }

@@ -102,7 +102,7 @@ fn numbers(at: Element) -> Result<Pose, FileError> {
     let degrees = at.choice("degrees", &[("true", true), ("false", false), ("1", true), ("0", false)])?;
     if quaternion {
         if degrees == Some(true) {
-            return Err(at.error_at("degrees", "a quaternion is not in degrees"));
+            return Err(at.error_at("degrees", "`degrees` does not apply to a quaternion"));
         }
         let [x, y, z, qx, qy, qz, qw] = at.content_numbers()?;
         return Pose::from_quaternion([x, y, z], [qw, qx, qy, qz])

@@ -89,7 +89,7 @@ name = "arm"
 <link name="a"/>
 <gz:sensor/>
 </robot>"#,
-        "robot.urdf:3:2: the prefix `gz` is not declared; `xmlns:gz` in an outer element does so",
+        "robot.urdf:3:2: the prefix `gz` is not declared; `xmlns:gz` in an outer element declares it",
     ),
     (
         "entities that multiply",

@@ -104,7 +104,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <inertial/>
 <inertial/></link>
 </robot>"#,
-        "robot.urdf:4:1: inertial of link `a`: there is at most one `inertial` in a `link`; the first is at line 3",
+        "robot.urdf:4:1: inertial of link `a`: only one `inertial` is allowed in a `link`; the first is at line 3",
     ),
     (
         "a place with two numbers",
@@ -114,7 +114,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <origin xyz="1 2"/></joint>
 </robot>"#,
-        "robot.urdf:5:14: origin of joint `j`: `xyz` must be 3 numbers, and has 2: `1 2`",
+        "robot.urdf:5:14: origin of joint `j`: `xyz` must be 3 numbers, but has 2: `1 2`",
     ),
     (
         "a place with four numbers",
@@ -124,7 +124,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <origin xyz="1 2 3 4"/></joint>
 </robot>"#,
-        "robot.urdf:5:14: origin of joint `j`: `xyz` must be 3 numbers, and has 4: `1 2 3 4`",
+        "robot.urdf:5:14: origin of joint `j`: `xyz` must be 3 numbers, but has 4: `1 2 3 4`",
     ),
     (
         "a place with no numbers",
@@ -134,7 +134,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <origin xyz=""/></joint>
 </robot>"#,
-        "robot.urdf:5:14: origin of joint `j`: `xyz` must be 3 numbers, and is empty",
+        "robot.urdf:5:14: origin of joint `j`: `xyz` must be 3 numbers, but is empty",
     ),
     (
         "a place that is infinite",
@@ -205,7 +205,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <origin/>
 <origin/></joint>
 </robot>"#,
-        "robot.urdf:6:1: origin of joint `j`: there is at most one `origin` in a `joint`; the first is at line 5",
+        "robot.urdf:6:1: origin of joint `j`: only one `origin` is allowed in a `joint`; the first is at line 5",
     ),
     (
         "negative damping",
@@ -215,7 +215,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <dynamics damping="-0.1"/></joint>
 </robot>"#,
-        "robot.urdf:5:20: dynamics of joint `j`: damping must be at least 0 and at most 1e30, and is -0.1",
+        "robot.urdf:5:20: dynamics of joint `j`: damping must be at least 0 and at most 1e30; found -0.1",
     ),
     (
         "negative friction",
@@ -224,7 +224,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/><dynamics friction="-2e-9"/></joint>
 </robot>"#,
-        "robot.urdf:4:90: dynamics of joint `j`: friction must be at least 0 and at most 1e30, and is -2e-9",
+        "robot.urdf:4:90: dynamics of joint `j`: friction must be at least 0 and at most 1e30; found -2e-9",
     ),
     (
         "negative effort",
@@ -233,7 +233,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/><limit effort="-1" velocity="1"/></joint>
 </robot>"#,
-        "robot.urdf:4:85: limit of joint `j`: effort must be at least 0, and is -1",
+        "robot.urdf:4:85: limit of joint `j`: effort must be at least 0; found -1",
     ),
     (
         "limits that cross",
@@ -270,7 +270,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="floating"><parent link="a"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:23: joint `j`: type `floating` is not supported; valid are `fixed`, `revolute`, `continuous`, `prismatic`",
+        "robot.urdf:4:23: joint `j`: type `floating` is not supported; valid: `fixed`, `revolute`, `continuous`, `prismatic`",
     ),
     (
         "a planar joint",
@@ -279,7 +279,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="planar"><parent link="a"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:23: joint `j`: type `planar` is not supported; valid are `fixed`, `revolute`, `continuous`, `prismatic`",
+        "robot.urdf:4:23: joint `j`: type `planar` is not supported; valid: `fixed`, `revolute`, `continuous`, `prismatic`",
     ),
     (
         "a misspelt type",
@@ -288,7 +288,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="revolut"><parent link="a"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:23: joint `j`: type `revolut` is not a type of joint; valid are `fixed`, `revolute`, `continuous`, `prismatic` (did you mean `revolute`?)",
+        "robot.urdf:4:23: joint `j`: type `revolut` is not a type of joint; valid: `fixed`, `revolute`, `continuous`, `prismatic` (did you mean `revolute`?)",
     ),
     (
         "huge damping",
@@ -298,7 +298,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <dynamics damping="1e31"/></joint>
 </robot>"#,
-        "robot.urdf:5:20: dynamics of joint `j`: damping must be at least 0 and at most 1e30, and is 1e31",
+        "robot.urdf:5:20: dynamics of joint `j`: damping must be at least 0 and at most 1e30; found 1e31",
     ),
     (
         "a huge ratio",
@@ -319,7 +319,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <limit effort="1" velocity="-1"/></joint>
 </robot>"#,
-        "robot.urdf:5:29: limit of joint `j`: velocity must be at least 0, and is -1",
+        "robot.urdf:5:29: limit of joint `j`: velocity must be at least 0; found -1",
     ),
     (
         "no type",

@@ -101,7 +101,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="continuous"><parent link="bse"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:49: parent of joint `j`: there is no link `bse`; known are `base`, `b` (did you mean `base`?)",
+        "robot.urdf:4:49: parent of joint `j`: there is no link `bse`; known: `base`, `b` (did you mean `base`?)",
     ),
     (
         "an unknown child",
@@ -109,7 +109,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <link name="a"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="zzz"/></joint>
 </robot>"#,
-        "robot.urdf:3:66: child of joint `j`: there is no link `zzz`; known are `a`",
+        "robot.urdf:3:66: child of joint `j`: there is no link `zzz`; known: `a`",
     ),
     (
         "a joint without a parent",
@@ -127,7 +127,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="fixed"><parent link="a"/><parent link="a"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:48: parent of joint `j`: there is at most one `parent` in a `joint`; the first is at line 4",
+        "robot.urdf:4:48: parent of joint `j`: only one `parent` is allowed in a `joint`; the first is at line 4",
     ),
     (
         "a parent without a name",
@@ -175,7 +175,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/><mimic joint="k"/></joint>
 </robot>"#,
-        "robot.urdf:4:84: mimic of joint `j`: there is no joint `k`; known are `j`",
+        "robot.urdf:4:84: mimic of joint `j`: there is no joint `k`; known: `j`",
     ),
     (
         "a joint that follows itself",

@@ -30,7 +30,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl Layout for Rows<'_> {
-    /// Where every segment goes on of which something is done.
+    /// For every segment that has begun: where it resumes.
     type Done = BTreeMap<usize, Started>;
 
     fn create(&self, change: &WriteTransaction) -> Result<(), redb::Error> {

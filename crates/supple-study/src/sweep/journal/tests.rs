@@ -136,7 +136,7 @@ fn overwritten_journals_are_refused_or_not_harmed() {
         }
         refused += usize::from(sample.refuses(&damaged, &format!("{len} bytes at {start}")));
     }
-    // Much of the file is not in use, and what lies there is of no matter.
+    // Much of the file is unused, so that damage there does not matter.
     assert!(refused >= cases / 20, "{refused} of {cases}");
     let noise: Vec<u8> = (0..100_000).map(|_| numbers.below(256) as u8).collect();
     assert!(sample.refuses(&noise, "noise"));

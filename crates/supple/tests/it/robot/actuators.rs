@@ -230,7 +230,7 @@ fn wrong_actuators() {
         ),
         (
             drive("elbow]\ngear = 2.0"),
-            "task.toml:4:1: model.drives.elbow: joint `elbow` is not actuated: actuated are `motor`, `servo`, `speed`, `affine`",
+            "task.toml:4:1: model.drives.elbow: joint `elbow` is not actuated; actuated: `motor`, `servo`, `speed`, `affine`",
         ),
     ]);
 }
@@ -280,7 +280,7 @@ fn wrong_walls() {
         ),
         (
             touching("geom = \"block\""),
-            "task.toml:4:1: model.compliance[0].face: is missing: `block` is a box; valid are `+x`, `-x`, `+y`, `-y`, `+z`, \
+            "task.toml:4:1: model.compliance[0].face: is missing: `block` is a box; valid: `+x`, `-x`, `+y`, `-y`, `+z`, \
              `-z` (the face in contact with the robot, in the box frame)",
         ),
         (

@@ -60,7 +60,7 @@ fn robot_files() {
         ),
         (
             robot("broken.urdf"),
-            "broken.urdf:3:29: joint `first`: type `hinge` is not a type of joint; valid are `fixed`, \
+            "broken.urdf:3:29: joint `first`: type `hinge` is not a type of joint; valid: `fixed`, \
              `revolute`, `continuous`, `prismatic`",
         ),
         (robot("fixed.urdf"), "task.toml:3:8: model.file: the robot has no joint that moves"),
@@ -77,7 +77,7 @@ fn robot_files() {
         (Description { model: String::new(), ..arm() }, "task.toml:1:1: model.file: is missing"),
         (
             robot("arm.urdf\"\nfolder = \"x"),
-            "task.toml:4:1: model.folder: unknown key `folder`; valid are `file`, `package_roots`, \
+            "task.toml:4:1: model.folder: unknown key `folder`; valid: `file`, `package_roots`, \
              `independent_mimic`, `gravity`, `actuated`, `locked`, `insert`, `file_actuators`, `drives`, `links`, `joints`, `frames`, \
              `friction_smoothing`, `integrator`, `substeps`, `compliance`, `sensors` (did you mean `file`?)",
         ),
@@ -112,7 +112,7 @@ fn numbers_of_the_robot() {
         ),
         (
             arm().with("[model.links.fore]\nmas = 1.0\n"),
-            "task.toml:5:1: model.links.fore.mas: unknown key `mas`; valid are `mass`, `inertia_scale`, \
+            "task.toml:5:1: model.links.fore.mas: unknown key `mas`; valid: `mass`, `inertia_scale`, \
              `center` (did you mean `mass`?)",
         ),
         (
@@ -159,7 +159,7 @@ fn drives() {
         ),
         (
             arm().with("actuated = [\"elbow\"]\n[model.drives.slide]\ngear = 2.0\n"),
-            "task.toml:5:1: model.drives.slide: joint `slide` is not actuated: actuated are `elbow`",
+            "task.toml:5:1: model.drives.slide: joint `slide` is not actuated; actuated: `elbow`",
         ),
         (
             arm().with("[model.drives.slid]\ngear = 2.0\n"),
@@ -176,7 +176,7 @@ fn drives() {
         ),
         (
             arm().with("[model.drives.slide]\nratio = 2.0\n"),
-            "task.toml:5:1: model.drives.slide.ratio: unknown key `ratio`; valid are `gear`, `rotor_inertia`, `kp`, `kv`",
+            "task.toml:5:1: model.drives.slide.ratio: unknown key `ratio`; valid: `gear`, `rotor_inertia`, `kp`, `kv`",
         ),
     ]);
 }

@@ -84,7 +84,7 @@ fn sensors() {
         ),
         (
             arm().sensing(&sensor("center_of_mass", "axis = [\"x\"]\nvariance = 1.0")),
-            "task.toml:6:1: model.sensors[0].axis: unknown key `axis`; valid are `axes`, `variance`, `deviation` (did you \
+            "task.toml:6:1: model.sensors[0].axis: unknown key `axis`; valid: `axes`, `variance`, `deviation` (did you \
              mean `axes`?)",
         ),
         (

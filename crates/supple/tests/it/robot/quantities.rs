@@ -203,7 +203,7 @@ fn wrong_limits_and_curves_say_what_is_valid() {
     );
     let unknown = limit("uper = 1.0");
     assert!(
-        unknown.contains("unknown key `uper`; valid are `select`, `lower`, `upper`, `enforce` (did you mean `upper`?)"),
+        unknown.contains("unknown key `uper`; valid: `select`, `lower`, `upper`, `enforce` (did you mean `upper`?)"),
         "{unknown}"
     );
     assert!(

@@ -199,7 +199,7 @@ fn poses_that_cannot_be() {
         ),
         (
             start(arm(), &pose("position = [0.0, 0.0, 0.0], ypr = [0.0, 0.0, 0.0]")),
-            "task.toml:13:54: tasks[0].initial_state.pose.ypr: unknown key `ypr`; valid are `frame`, `position`, `rpy`",
+            "task.toml:13:54: tasks[0].initial_state.pose.ypr: unknown key `ypr`; valid: `frame`, `position`, `rpy`",
         ),
     ]);
 }

@@ -203,7 +203,7 @@ fn cells_stand_for_what_is_asked_for() {
         "3:44: sensors[1].price: must be a number; found \"cheap\"",
         "3:21: sensors[1].C: must have one factor per state: 5; found 6",
         "4:1: sensors[2].variance: is missing",
-        "2:19: sensors[0].C: unknown key `C`; valid are `select`, `name`, `price`, `variance`, `deviation`",
+        "2:19: sensors[0].C: unknown key `C`; valid: `select`, `name`, `price`, `variance`, `deviation`",
     ];
     assert_eq!(found, expected);
     let unknown = wrong("signal, contact_force", "signul, contact_force");
@@ -245,7 +245,7 @@ fn errors_of_catalogues_say_what_is_valid() {
         "catalogue.sensors[2].variance: must be above 0: sensor noise is required; found 0",
         "catalogue.sensors[3].C: must have one factor per state: 5; found 4",
         "catalogue.sensors[1].variance: must be one number, or 2 of them, one for each entry; found 3",
-        "catalogue.sensors[1].cost: unknown key `cost`; valid are `select`, `name`, `price`, `variance`, `deviation`",
+        "catalogue.sensors[1].cost: unknown key `cost`; valid: `select`, `name`, `price`, `variance`, `deviation`",
     ];
     assert_eq!(words, expected);
 }

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::{Draft, Template, names, said};
 use crate::commands::new::rules::{four_digits, plain};
 
-/// Share of the reach by which the force may move the tool at each joint.
+/// Maximum tool displacement under the contact force per joint, as a share of the reach.
 const SAG: f64 = 4e-4;
 /// Share of the inertia at a joint below which that of its drive does not matter.
 const LEAST_ARMATURE: f64 = 0.01;
@@ -25,7 +25,7 @@ struct Servo<'a> {
 }
 
 impl Draft<'_> {
-    /// Whether controls are torques: with position control, the drives use the joint positions already, and their sensors
+    /// Whether controls are torques. Position-controlled drives already use the joint positions, so that joint sensors
     /// would be of little use to the task.
     pub(super) fn is_by_torque(&self) -> bool {
         self.template == Template::Reach
@@ -103,7 +103,8 @@ impl Draft<'_> {
         let heavy: Vec<_> = servos.iter().filter_map(|servo| Some((servo.joint, servo.armature?))).collect();
         if !heavy.is_empty() {
             text.push_str(
-                "\n# Drives that stiff have rotors and gears whose inertia robot files seldom state: as much as that frequency takes.\n",
+                "\n# Drives that stiff have rotors and gears whose inertia robot files seldom state: here, what that \
+                 frequency requires.\n",
             );
         }
         for (joint, armature) in heavy {

@@ -63,7 +63,11 @@ impl Draft<'_> {
             said(text, &format!("initial = {initial:?}"), note);
             let _ = writeln!(text, "bounds = [{lower:?}, {upper:?}]\nscale = \"log\"\nunit = {unit:?}");
             if is_reach && name == "k" {
-                said(text, "role = \"study\"", "matters little to a free motion: not designed, but a slider");
+                said(
+                    text,
+                    "role = \"study\"",
+                    "has little effect on free motion: not designed, but available as a slider",
+                );
             }
         };
         let first = self.first.unwrap_or(stiffness);

@@ -68,8 +68,8 @@ impl Draft<'_> {
         }
     }
 
-    /// Loads on the springs of the mount at the start, N: the weight of the tool, which hangs in its mount, and the
-    /// force where it presses already.
+    /// Loads on the mount's springs at the start, N: the weight of the tool hanging in the mount and, if it already
+    /// presses, the contact force.
     pub(super) fn loads(&self) -> [f64; 3] {
         let Self { start, rules, limb, .. } = self;
         let [x, y] = start.along;
@@ -91,7 +91,7 @@ impl Draft<'_> {
             (format!("q.{mount}_*"), 0.1 * rules.wall_sd),
             (format!("v.{mount}_*"), speed),
         ];
-        // A wall that is held is known where the tool presses, and wanders.
+        // If the tool already presses, the wall's position is known well, but it drifts.
         let wanders = self.template == Template::Hold;
         if self.template.touches() {
             initial.push(("c.wall".to_owned(), if wanders { 0.2 * rules.wall_sd } else { rules.wall_sd }));

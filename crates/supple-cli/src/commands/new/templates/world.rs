@@ -65,7 +65,7 @@ impl Draft<'_> {
         four_digits(self.rules.travel / self.width())
     }
 
-    /// Deviation from that at the end that matters, rad.
+    /// Tolerance of that angle at the end, rad.
     pub fn opening_tolerance(&self) -> f64 {
         four_digits(0.1 * self.opening())
     }
@@ -76,7 +76,7 @@ impl Draft<'_> {
         2.0 * self.rules.wall_sd / self.width()
     }
 
-    /// The handle in the door's frame, whose axes are x, z and -y of the mount: off by what the tool sags.
+    /// The handle in the door's frame, whose axes are x, z and -y of the mount: shifted by the tool's sag.
     fn sagged(&self, width: f64) -> String {
         let [x, y, z] = self.loads();
         let entry = |at: f64, load: f64| match load {
@@ -120,14 +120,14 @@ impl Draft<'_> {
         let closer = four_digits(rules.force * width / self.opening());
         said(text, &format!("stiffness = {closer:?}"), &format!("N m/rad: {:?} N hold the door open", rules.force));
         said(text, &format!("damping = {:?}", four_digits(0.05 * rules.force * width)), "N m s/rad");
-        // Stiffer and less damped, it would ring within a step, with forces of a hundred newtons from first places that are
-        // uncertain by half a millimetre.
+        // If stiffer and less damped, it would oscillate within a time step, and an initial uncertainty of half a millimetre
+        // would cause forces of a hundred newtons.
         let k = four_digits(2.0 * rules.stiffness);
         let d = four_digits(2.0 * (k * rules.mass).sqrt());
         let handle = limb.free_name("handle");
         let _ = write!(
             text,
-            "\n# Where the tool hangs in its mount at the start: the hook then carries nothing.\n\
+            "\n# The position of the tool, sagging in its mount, at the start: the hook then carries no load.\n\
              [model.frames.{handle}]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
              [[model.compliance]]\nkind = \"bushing\"\nname = \"hook\"\nframe_a = {handle:?}\nframe_c = {:?}\n",
             self.sagged(width),

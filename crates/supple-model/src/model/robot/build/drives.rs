@@ -74,7 +74,7 @@ impl Build<'_> {
                     .map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
             }
             let what = if is_actuator { "actuator" } else { "joint" };
-            let message = format!("{what} `{name}` is not actuated: actuated are {}", supple_text::quoted(&names));
+            let message = format!("{what} `{name}` is not actuated; actuated: {}", supple_text::quoted(&names));
             return Err(self.error(&keys, message));
         }
         Ok(drives)
