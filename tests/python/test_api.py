@@ -198,10 +198,10 @@ def test_figures_and_reports(best: supple.Design, task: supple.Task, tmp_path: P
 def test_misuse_says_what_is_valid(task: supple.Task) -> None:
     cases: list[tuple[Any, str]] = [
         (lambda: task.evaluate(k1="soft"), "parameter `k1` = 'soft' is not a number"),  # type: ignore[arg-type]
-        (lambda: task.evaluate(gradient="exact"), 'there is "total", "frozen", "both"'),  # type: ignore[arg-type]
+        (lambda: task.evaluate(gradient="exact"), 'valid: "total", "frozen", "both"'),  # type: ignore[arg-type]
         (lambda: task.evaluate(rollouts=-1), "rollouts=-1: a whole number of at least 0"),
         (lambda: task.evaluate(k1=float("nan")), "parameter `k1` = NaN is outside"),
-        (lambda: task.design(method="newton"), 'there is "sqp", "cobyla", "barrier", None'),  # type: ignore[arg-type]
+        (lambda: task.design(method="newton"), 'valid: "sqp", "cobyla", "barrier", None'),  # type: ignore[arg-type]
         (lambda: task.design(settings={"starst": 2}), "unknown field `starst`"),
         (lambda: task.design(starts=0), "starts: must be at least 1"),
         (lambda: task.sweep({"k1": [[1.0, 2.0]]}), "its values are a list of numbers"),

@@ -59,7 +59,7 @@ def test_a_plan_ends_and_begins_anew() -> None:
     controller = supple.load("tasks/two_mass.toml").evaluate().controller()
     first = [controller.step([0.1, 0.2]) for _ in range(controller.steps)]
     assert controller.position == controller.steps == 125
-    with pytest.raises(supple.UsageError, match=r"over after 125 steps: reset\(\) begins it anew"):
+    with pytest.raises(supple.UsageError, match=r"ended after 125 steps: reset\(\) restarts it"):
         controller.step([0.1, 0.2])
     controller.reset()
     assert controller.position == 0

@@ -258,9 +258,9 @@ def test_what_cannot_be_is_said(task: supple.Task, monkeypatch: pytest.MonkeyPat
     for wrong in (0, -1, True, "pool"):
         with pytest.raises(supple.UsageError, match="a number of processes of at least 1"):
             task.sweep(SMALL, executor=wrong)  # type: ignore[arg-type]
-    with pytest.raises(supple.UsageError, match="give one of them"):
+    with pytest.raises(supple.UsageError, match="give only one"):
         task.sweep(SMALL, executor=2, jobs=2)
-    with pytest.raises(supple.UsageError, match="this machine has none"):
+    with pytest.raises(supple.UsageError, match="not available on this machine"):
         executors.use_instructions("mmx")
     executors.use_instructions(instructions())
     assert "numbers would differ by rounding" in _units.hello(__version__, "mmx")

@@ -64,7 +64,7 @@ def test_the_cheapest_set_and_what_is_refused() -> None:
         task.sensors(budget=-1.0)
     with pytest.raises(supple.UsageError, match="budget=nan: a finite number"):
         task.sensors(budget=float("nan"))
-    with pytest.raises(supple.UsageError, match='goal=\'price\': there is "cost", "information"'):
+    with pytest.raises(supple.UsageError, match='goal=\'price\': valid: "cost", "information"'):
         task.sensors(goal="price")  # type: ignore[arg-type]
     with pytest.raises(supple.UsageError, match="whole number"):
         task.sensors(count=1.5)  # type: ignore[arg-type]
