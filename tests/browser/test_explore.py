@@ -521,7 +521,7 @@ def test_a_page_without_its_program_is_dimmed_until_it_is_back(served, browsers)
         run(driver, "window.channel.close()")
         until(driver, "document.body.classList.contains('lost')")
         assert run(driver, dimmed) < 0.6 and run(driver, inert) == [True] * 3
-        assert "what is dimmed is from before" in run(driver, notice)
+        assert "the dimmed values are outdated" in run(driver, notice)
         until(driver, "!document.body.classList.contains('lost')")
         settled(driver)
         assert values(driver) == there and run(driver, notice) == ""

@@ -32,7 +32,7 @@ REASONS = {
     r"ball joints are not supported: joint `.+` is one": "ball joint",
     r"the mass of its body would follow from this mesh, and meshes are not read": "inertia from a mesh",
     r"there is no `worldbody` in it": "settings for other files",
-    r"the included file `.+` is not there": "included file is missing",
+    r"the included file `.+` does not exist": "included file is missing",
     r"an equality of type `tendon` is not supported": "equality of tendons",
     r"`(connect|weld)` closes a loop of bodies, which is not supported": "closed loop",
 }

@@ -445,7 +445,7 @@ fn limits_of_zero_are_none() {
         let text = std::fs::read_to_string(folder.path(&format!("{template}.toml"))).unwrap();
         assert!(text.contains("specifies no speed or effort limits"), "{text}");
         let run = folder.run(&["evaluate", &format!("{template}.toml"), "--rollouts", "0", "--json"]);
-        let said = "a limit of 0 is taken as not set: `velocity` of joints ";
+        let said = "limits of 0 are treated as not set: `velocity` of joints ";
         assert_eq!(run.stderr.matches(said).count(), 1, "{}", run.stderr);
         let found: Value = serde_json::from_str(&run.stdout).unwrap();
         assert_eq!(found["tasks"][0]["limits_violated"], serde_json::json!([]));

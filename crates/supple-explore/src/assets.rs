@@ -19,7 +19,7 @@ pub fn page(token: &str) -> String {
     PAGE.replace("{{token}}", token).replace("{{licence}}", LICENCE)
 }
 
-/// A file by its name; none where there is none.
+/// A file by its name; `None` if there is none.
 pub fn asset(name: &str) -> Option<Asset> {
     let script = |text: &str| Some(Asset { kind: "text/javascript; charset=utf-8", text: text.to_owned() });
     let style = |text: String| Some(Asset { kind: "text/css; charset=utf-8", text });

@@ -172,7 +172,7 @@ impl Plan<'_> {
         contacts.map(|contact| json!({ "name": contact.name, "intervals": intervals(contact) })).collect()
     }
 
-    /// Times and curves of a quantity; none where there is none of this name.
+    /// Times and curves of a quantity; `None` if there is none of this name.
     fn curves(&self, kind: &str, place: usize) -> Option<(Vec<f64>, Vec<Curve>)> {
         let Self { at, trajectory, .. } = *self;
         let list = match kind {

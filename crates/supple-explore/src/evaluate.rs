@@ -28,7 +28,7 @@ pub fn alone(problem: &Problem, task: usize) -> Problem {
 }
 
 impl Evaluated {
-    /// Evaluates all tasks at once, as `supple evaluate` does, the shown one with its trajectory; none if stopped.
+    /// Evaluates all tasks at once, as `supple evaluate` does, the shown one with its trajectory; `None` if stopped.
     ///
     /// # Errors
     /// Where a task cannot be evaluated: why.
@@ -92,7 +92,7 @@ impl Evaluated {
         self.tasks.iter().all(|task| task.status.is_converged())
     }
 
-    /// How far a task is above its limit, relative to it; none where it has none.
+    /// How far a task is above its limit, relative to it; `None` if it has none.
     fn excess(task: &TaskEvaluation) -> Option<f64> {
         task.cost.bound.map(|bound| violation(task.cost.expected, bound))
     }

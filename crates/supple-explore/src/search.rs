@@ -74,7 +74,7 @@ impl Live {
         }
     }
 
-    /// The best design so far, where a search did not end by itself in time; none where it evaluated none.
+    /// The best design so far, where a search did not end by itself in time; `None` if it evaluated none.
     fn best(&self) -> Option<Found> {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let (best, first) = (state.best.clone()?, state.first.clone()?);

@@ -1,8 +1,8 @@
-//! Matrices of other libraries, and of plain Rust, as [`Matrices`].
+//! Converts matrices of other libraries, and of plain Rust, to [`Matrices`].
 
 use supple_kernels::Matrices;
 
-/// A matrix whose entries can be read: arrays of arrays and, behind the features of their names, those of `nalgebra`,
+/// A matrix whose entries can be read: nested arrays and, with the features of the same names, matrices of `nalgebra`,
 /// `ndarray` and `faer`.
 pub trait Entries {
     /// Rows and columns.
@@ -60,7 +60,7 @@ impl Entries for faer::Mat<f64> {
     }
 }
 
-/// One matrix that holds at every step.
+/// One matrix that applies at every step.
 ///
 /// ```
 /// let identity = supple_lqg::constant(&[[1.0, 0.0], [0.0, 1.0]]);
@@ -76,7 +76,7 @@ pub fn constant(from: &impl Entries) -> Matrices {
 /// One matrix for each step.
 ///
 /// # Panics
-/// Where they are not of one shape.
+/// If their shapes differ.
 ///
 /// ```
 /// let two = supple_lqg::sequence(&[[[1.0]], [[2.0]]]);

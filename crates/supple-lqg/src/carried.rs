@@ -12,7 +12,7 @@ pub(crate) struct Carried {
 }
 
 impl Carried {
-    /// What the first of some matrices `[A B]` suggests of all; none where nothing does, or where it does not pay: with
+    /// What the first of some matrices `[A B]` suggests of all; `None` if nothing does, or where it does not pay: with
     /// fewer than `least` states.
     pub fn suggested(dynamics: &Matrices, least: usize) -> Option<Self> {
         let n = dynamics.rows();

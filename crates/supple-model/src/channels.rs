@@ -1,9 +1,9 @@
-//! What the numbers of states, controls and measurements are, and the limits of the real robot.
+//! Names and units of the states, controls and measurements, and the limits of the real robot.
 
 use serde::{Deserialize, Serialize};
 use supple_lqg::Dimensions;
 
-/// A number of a model's vectors, for people.
+/// One entry of a model's state, control or measurement vector, as shown to people.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Channel {
@@ -25,20 +25,20 @@ impl Channel {
     }
 }
 
-/// What the numbers of a model's vectors are.
+/// Names and units of the entries of a model's vectors.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Channels {
-    /// Of the state.
+    /// Entries of the state.
     pub states: Vec<Channel>,
-    /// Of the control.
+    /// Entries of the control.
     pub controls: Vec<Channel>,
-    /// Of the measurement.
+    /// Entries of the measurement.
     pub measurements: Vec<Channel>,
 }
 
 impl Channels {
-    /// Named states without units; controls `u1`, `u2`...; measurements `y1`, `y2`...
+    /// Channels with these state names and no units; controls are `u1`, `u2`..., measurements `y1`, `y2`...
     #[must_use]
     pub fn plain(states: Vec<String>, dimensions: Dimensions) -> Self {
         Self {
@@ -49,22 +49,22 @@ impl Channels {
     }
 }
 
-/// A drive of a joint, which a control commands.
+/// A drive of a joint, commanded by one control.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Its name, and the unit of the torque or force that it exerts.
     pub channel: Channel,
-    /// The least and the most that it may exert, where its control says something else, such as a position; infinite
-    /// where nothing limits that, and where [`Limit`]s of the control do.
+    /// Lower and upper limit of its effort, if its control is not itself an effort (for example a position); infinite if
+    /// there is no limit, or if [`Limit`]s of the control already bound the effort.
     pub effort: [f64; 2],
 }
 
-/// Bounds of a state or control that the real thing has.
+/// Bounds of the real robot on a state or control.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
     /// What it is, for people: ``velocity of joint `elbow` ``.
     pub name: String,
-    /// Which number it is about.
+    /// The state or control it applies to.
     pub of: Limited,
     /// The least it may be; may be infinite.
     pub lower: f64,
@@ -82,13 +82,13 @@ pub enum Limited {
 }
 
 impl Limit {
-    /// Of a state.
+    /// A limit of a state.
     #[must_use]
     pub fn state(name: String, index: usize, lower: f64, upper: f64) -> Self {
         Self { name, of: Limited::State(index), lower, upper }
     }
 
-    /// Of a control.
+    /// A limit of a control.
     #[must_use]
     pub fn control(name: String, index: usize, lower: f64, upper: f64) -> Self {
         Self { name, of: Limited::Control(index), lower, upper }

@@ -10,7 +10,7 @@ use crate::trajectory::time_of;
 pub struct Contact {
     /// Its name.
     pub name: String,
-    /// Place of its normal force among the model's signals, by which costs refer to it; none where it has no signal.
+    /// Index of its normal force among the model's signals, by which costs refer to it; `None` if it has no such signal.
     pub force_signal: Option<usize>,
 }
 
@@ -49,14 +49,14 @@ impl ContactState {
     }
 }
 
-/// A force that a cost wants from a contact: its target is not 0.
+/// A contact force that a cost asks for: its target is not 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WantedForce {
-    /// Place of the cost among those of the task, from 0.
+    /// Index of the cost among those of the task, from 0.
     pub cost: usize,
     /// Kind of the cost, as files write it.
     pub kind: &'static str,
-    /// Place of the contact among those of the model.
+    /// Index of the contact among those of the model.
     pub contact: usize,
     /// The target, N.
     pub target: f64,
@@ -69,9 +69,9 @@ pub struct ContactReport {
     pub name: String,
     /// Whether it touches at any step: see [`ContactState::touches`].
     pub touches: bool,
-    /// Time of the first step at which it touches, s; none where it never does.
+    /// Time of the first step at which it touches, s; `None` if it never does.
     pub first_s: Option<f64>,
-    /// Time of the last step at which it touches, s; none where it never does.
+    /// Time of the last step at which it touches, s; `None` if it never does.
     pub last_s: Option<f64>,
     /// Share of the N + 1 steps at which it touches.
     #[serde(deserialize_with = "or_nan")]
@@ -92,7 +92,7 @@ pub struct ContactReport {
 }
 
 impl ContactReport {
-    /// Of a contact whose states are given at every step, `time_step` s apart.
+    /// The report for a contact whose states are given at every step, `time_step` s apart.
     pub fn of(name: String, states: &[ContactState], time_step: f64) -> Self {
         let touching = || states.iter().enumerate().filter(|(_, state)| state.touches());
         let time = |(step, _): (usize, &ContactState)| time_of(step, time_step);
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn a_contact_touches_where_it_is_near_and_pushes() {
         assert!(state(0.0099, 1.1e-6).touches());
-        assert!(!state(0.0101, 1.1e-6).touches(), "a force at a distance is no touch");
+        assert!(!state(0.0101, 1.1e-6).touches(), "a force across a gap does not count as touching");
         assert!(!state(0.0099, 0.9e-6).touches(), "1e-6 of stiffness times smoothing is negligible");
         let hard = |clearance, force| ContactState { smoothing: 0.0, ..state(clearance, force) };
         assert!(hard(-1e-6, 1e-4).touches() && !hard(1e-6, 0.0).touches() && !hard(0.0, 0.0).touches());

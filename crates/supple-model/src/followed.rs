@@ -1,4 +1,4 @@
-//! Quantities that are followed along plans, beside what costs weigh: limits, and curves that a task asks for.
+//! Quantities that are recorded along plans, besides those in costs: limits, and curves that a task asks for.
 
 use crate::Value;
 use crate::channels::Channel;
@@ -10,16 +10,16 @@ use crate::quantity::{DriveEffort, Quantity, Unfit, Vocabulary};
 pub struct Followed {
     /// The quantity.
     pub quantity: Quantity,
-    /// The least and the most that its entries may be, one each, where it has a limit; infinite on a side without one.
+    /// Lower and upper limits, one pair per entry, if it has limits; infinite on a side without a limit.
     pub limits: Option<[Vec<Value>; 2]>,
-    /// Whether plans keep its limits, and not only reports tell of them.
+    /// Whether plans enforce its limits, rather than only reporting violations.
     pub enforced: bool,
-    /// Whether the limits are those of the model, and the task asks for none.
+    /// Whether the limits come from the model rather than from the task.
     pub is_of_model: bool,
 }
 
 impl Followed {
-    /// A quantity that is shown.
+    /// A quantity that is only plotted.
     pub fn curve(quantity: impl Into<Quantity>) -> Self {
         Self { quantity: quantity.into(), limits: None, enforced: false, is_of_model: false }
     }
@@ -32,11 +32,11 @@ impl Followed {
         Self { limits, ..Self::curve(quantity) }
     }
 
-    /// What the efforts of drives stay within by the [model](crate::channels::Drive::effort), where their controls are
-    /// something else; none where nothing limits them.
+    /// The [effort limits](crate::channels::Drive::effort) of drives whose controls are not
+    /// efforts; `None` if none are limited.
     ///
     /// # Errors
-    /// Where the model lacks the signal of a drive.
+    /// If the model lacks the signal of a drive.
     pub fn efforts(vocabulary: &Vocabulary) -> Result<Option<Self>, Unfit> {
         let limited = vocabulary.drives.iter().filter(|drive| drive.effort.iter().any(|end| end.is_finite()));
         let (names, ends): (Vec<String>, Vec<[f64; 2]>) =
@@ -49,37 +49,37 @@ impl Followed {
         Ok(Some(Self { limits, is_of_model: true, ..Self::curve(DriveEffort::of(Some(names), vocabulary)?) }))
     }
 
-    /// The same, its limits kept by plans.
+    /// The same, with its limits enforced by plans.
     #[must_use]
     pub fn enforced(self) -> Self {
         Self { enforced: true, ..self }
     }
 }
 
-/// An end of a limit that plans keep: the most or the least that a number may be.
+/// One side of an enforced limit: the upper or lower bound of one number.
 #[derive(Clone, Debug)]
 pub struct LimitEnd {
-    /// Which of the limits that plans keep it belongs to.
+    /// Index of the enforced limit that it belongs to.
     pub limit: usize,
-    /// Which number of the limit's quantity.
+    /// Index of the number within the limited quantity.
     pub entry: usize,
-    /// Whether it is the most that the number may be, and otherwise the least.
+    /// Whether it is the upper bound; otherwise it is the lower one.
     pub upper: bool,
 }
 
-/// The ends of all limits that plans keep.
+/// All sides of all enforced limits.
 #[derive(Debug)]
 pub struct Ends {
-    /// The limits that plans keep.
+    /// The enforced limits.
     pub followed: Vec<Followed>,
-    /// Their ends: of each number the most that it may be, then the least, where there is such an end.
+    /// Their sides: for each number the upper bound, then the lower one, skipping infinite ones.
     pub list: Vec<LimitEnd>,
-    /// Whether each end's number depends on the control.
+    /// Whether the number that each side bounds depends on the control.
     pub of_control: Vec<bool>,
 }
 
 impl Ends {
-    /// Those among what is followed; none where no limit is kept.
+    /// Those of the enforced limits in `followed`; `None` if no limit is enforced.
     #[must_use]
     pub fn of(followed: &[Followed]) -> Option<Self> {
         let followed: Vec<Followed> = followed.iter().filter(|followed| followed.enforced).cloned().collect();
@@ -96,7 +96,7 @@ impl Ends {
         (!list.is_empty()).then_some(Self { followed, list, of_control })
     }
 
-    /// The bound of an end.
+    /// The value of a bound.
     #[must_use]
     pub fn bound(&self, end: &LimitEnd) -> Value {
         let [lower, upper] = self.followed[end.limit].limits.as_ref().map_or([&[][..]; 2], |[l, u]| [&l[..], &u[..]]);
@@ -109,14 +109,14 @@ fn is_infinite(bound: &Value) -> bool {
     matches!(bound, Value::Number(number) if number.is_infinite())
 }
 
-/// A number that is followed along a plan.
+/// A number that is recorded along a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FollowedNumber {
     /// What it is.
     pub channel: Channel,
-    /// What asks for it: `cost 2`, `limit 1`, `curve 3`, counted from 1, and `robot` for limits of the model.
+    /// Its origin: `cost 2`, `limit 1`, `curve 3`, counted from 1, or `robot` for limits of the model.
     pub of: String,
-    /// Where a cost wants it.
+    /// Its target, if a cost gives one.
     pub target: Option<f64>,
     /// The least and the most that it may be; infinite on a side without a limit.
     pub limits: [f64; 2],
@@ -126,13 +126,13 @@ pub struct FollowedNumber {
 
 const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// Whether the quantity of a cost is followed: states and controls are shown anyway.
+/// Whether the quantity of a cost is recorded separately: states and controls are shown in any case.
 #[must_use]
 pub fn shows(cost: &Cost) -> bool {
     cost.quantity.needs_signals() || cost.quantity.needs_next()
 }
 
-/// The numbers that are followed, in order: of costs, then of others.
+/// The recorded numbers, in order: those of costs, then the others.
 #[must_use]
 pub fn numbers(costs: &[Cost], followed: &[Followed], vocabulary: &Vocabulary, phi: &[f64]) -> Vec<FollowedNumber> {
     let mut numbers = Vec::new();

@@ -10,7 +10,7 @@ use crate::{Limit, Limited};
 pub struct LimitViolation {
     /// What is limited, for people: ``velocity of joint `elbow` ``.
     pub name: String,
-    /// The value that is furthest outside; its unit is that of the state or control.
+    /// The value furthest outside the limit, in the unit of the state or control.
     pub worst: f64,
     /// The limit, in the same unit: the upper one where `worst` is above it, the lower one where it is below.
     pub limit: f64,
@@ -20,7 +20,7 @@ pub struct LimitViolation {
     pub steps: usize,
 }
 
-/// How far outside a value may be, relative to 1 plus the limit: a plan that is held at a limit rounds.
+/// How far outside a limit a value may be, relative to 1 plus the limit, to allow for rounding of values held at it.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// The limits that a trajectory violates, in their order; the upper and the lower side of one limit count as two.
@@ -37,7 +37,7 @@ pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitVi
     limits.iter().flat_map(of_limit).collect()
 }
 
-/// How numbers over time leave the range between two limits, either of which may be infinite: above, then below.
+/// Violations of two limits, either of which may be infinite, by numbers over time: of the upper one, then the lower one.
 #[must_use]
 pub fn violations(name: &str, [lower, upper]: [f64; 2], values: &[f64]) -> Vec<LimitViolation> {
     let side = |(bound, sign): (f64, f64)| {

@@ -13,8 +13,8 @@ use crate::value::Value;
 pub struct OwnCost {
     /// How many entries the residual has.
     pub residuals: usize,
-    /// Whether the norm is convex at any parameters, so that its Gauss-Newton curvature is never indefinite. Where it
-    /// is not, or that is not known, the curvature is made so at every point.
+    /// Whether the norm is convex for all parameters, so that its Gauss-Newton curvature is never indefinite. If not, or
+    /// if unknown, the curvature is made positive semidefinite at every point.
     pub convex: bool,
 }
 
@@ -27,7 +27,7 @@ pub struct Point<'a, S> {
     pub u: &'a [S],
     /// All parameters, in the order in which they were declared.
     pub phi: &'a [S],
-    /// Time step, s: of a step of integration in [`Model::step`] and what belongs to it, of the task in all else.
+    /// Time step, s: that of one integration step in [`Model::step`] and related functions, that of the task elsewhere.
     pub time_step: S,
     /// The unknowns that a step solves for (see [`Model::unknowns`]); empty in measurements, signals and costs.
     pub w: &'a [S],
@@ -40,12 +40,12 @@ impl<S: Scalar> Point<'_, S> {
     }
 }
 
-/// What is known of a frame, in the order of its signals: its origin, m, and its rotation matrix by rows in the world;
+/// Signals of a frame, in order: its origin, m, and its rotation matrix by rows in the world;
 /// the velocity of its origin, m/s, and its angular velocity, rad/s, in the axes of the world.
 pub const FRAME_SIGNALS: [&str; 18] =
     ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz", "vx", "vy", "vz", "wx", "wy", "wz"];
 
-/// How many signals so many frames have.
+/// The number of signals of this many frames.
 #[must_use]
 pub const fn frame_signals(frames: usize) -> usize {
     frames * FRAME_SIGNALS.len()
@@ -54,10 +54,10 @@ pub const fn frame_signals(frames: usize) -> usize {
 /// The signals of a robot's centre of mass in the world, m.
 pub const CENTER_OF_MASS: [&str; 3] = ["center_of_mass_x", "center_of_mass_y", "center_of_mass_z"];
 
-/// How the signal of a drive's mechanical power, W, begins; the drive's name follows.
+/// Prefix of the signal of a drive's mechanical power, W; the drive's name follows.
 pub const POWER: &str = "power_";
 
-/// How the signal of the torque or force that a drive exerts on its joint, N m or N, begins; the drive's name follows.
+/// Prefix of the signal of the torque or force that a drive exerts on its joint, N m or N; the drive's name follows.
 pub const EFFORT: &str = "effort_";
 
 /// A sensor of a robot's file.
@@ -79,16 +79,16 @@ pub enum Sensed {
     JointVelocity(String),
     /// The torque through an elastic joint.
     JointTorque(String),
-    /// The position of the frame whose signals begin at a place.
+    /// The position of the frame whose signals begin at an index.
     FramePosition {
         /// The place of its first signal.
         first: usize,
     },
-    /// The turn of the frame whose signals begin at a place, from a rotation matrix by rows.
+    /// The rotation of the frame whose signals begin at an index, from a reference given as a rotation matrix by rows.
     FrameOrientation {
         /// The place of its first signal.
         first: usize,
-        /// The orientation without turn.
+        /// The reference orientation, at which the rotation is 0.
         reference: [[f64; 3]; 3],
     },
     /// Something that cannot be measured.
@@ -129,16 +129,16 @@ pub trait Model: Send + Sync + 'static {
     /// Lengths of state, control and measurement.
     fn dimensions(&self) -> Dimensions;
 
-    /// The next state `f(x, u; phi)`, without noise: that after the point's time step, in one step of integration.
+    /// The next state `f(x, u; phi)`, without noise: one integration step of the point's time step.
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]);
 
     /// The measurement `g(x; phi)`, without noise.
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]);
 
-    /// How many unknowns `w` each step solves for, such as accelerations; [`Model::step`] finds them in its point.
+    /// How many unknowns `w` each step solves for, such as accelerations; [`Model::step`] receives them in its point.
     ///
-    /// Derivatives of an equation are cheaper than those of its solution: a model of rigid bodies gives inverse
-    /// dynamics in [`Model::balance`], and no derivative goes through the inversion of the mass matrix.
+    /// Derivatives of an equation are cheaper than those of its solution: a model of rigid bodies provides inverse
+    /// dynamics in [`Model::balance`], so that the inverse of the mass matrix need not be differentiated.
     fn unknowns(&self) -> usize {
         0
     }
@@ -149,8 +149,8 @@ pub trait Model: Send + Sync + 'static {
     /// `r_w` at the unknowns of the point, symmetric positive definite, by rows.
     fn mass<S: Scalar>(&self, _at: &Point<S>, _matrix: &mut [S]) {}
 
-    /// The unknowns to rounding, where `r` is not linear in them: none where it is. Derivatives need not go through it, as
-    /// in [`Scalar::repeat`]; those of [`Model::balance`] say how the unknowns move.
+    /// The unknowns, exact to rounding, if `r` is not linear in them; `None` if it is. This need not be differentiable, as
+    /// in [`Scalar::repeat`]: derivatives of the unknowns follow from [`Model::balance`].
     fn solution<S: Scalar>(&self, _at: &Point<S>) -> Option<Vec<S>> {
         None
     }
@@ -164,7 +164,7 @@ pub trait Model: Send + Sync + 'static {
     /// The signals, in the order of their names.
     fn signal<S: Scalar>(&self, _at: &Point<S>, _out: &mut [S]) {}
 
-    /// The model's own cost of a stage or of the end, beside the costs of the task; none where it has none.
+    /// The model's own cost of a stage or of the end, beside the costs of the task; `None` if it has none.
     fn own_cost(&self, _last: bool) -> Option<OwnCost> {
         None
     }
@@ -172,7 +172,7 @@ pub trait Model: Send + Sync + 'static {
     /// The residual of its own cost.
     fn own_residual<S: Scalar>(&self, _at: &Point<S>, _last: bool, _out: &mut [S]) {}
 
-    /// Its own cost, given the residual: the norm. All else that the cost depends on is parameters and time step.
+    /// Its own cost, given the residual: the norm. Otherwise the cost may depend only on parameters and the time step.
     fn own_norm<S: Scalar>(&self, _residual: &[S], _phi: &[S], _time_step: S, _last: bool) -> S {
         S::zero()
     }
@@ -192,15 +192,15 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Into how many steps of integration each time step of a task is divided, where task files can choose that: of each
-    /// of them [`Model::step`] gives the next state.
+    /// Number of integration steps per time step of a task, if task files can choose it; [`Model::step`] computes the
+    /// next state of a single one.
     fn substeps(&self) -> Option<usize> {
         None
     }
 
-    /// The same model with contacts that set in over a length wider by a value, m, and are softer by as much, and with
-    /// friction that sets in over a speed higher by a value, rad/s or m/s: with these planning finds contacts from
-    /// afar, and overcomes friction. At 0 it is this model. None in models without contacts and friction.
+    /// The same model for planning, with contacts that build up over a length wider by `_length`, m, and are softer
+    /// accordingly, and friction that builds up over a speed higher by `_speed`, rad/s or m/s: planning then senses contacts
+    /// at a distance, and overcomes friction. At 0 it is this model. `None` for models without contacts and friction.
     fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
@@ -218,7 +218,7 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Names of the elements of compliance, each with the signals `NAME.FORCE`; none in models that do not name theirs.
+    /// Names of the elements of compliance, each with signals `NAME.FORCE`; none if the model does not name them.
     fn coupling_names(&self) -> Vec<String> {
         Vec::new()
     }
@@ -229,13 +229,13 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Elastic joints, and the elements of compliance of which `q.NAME` and `v.NAME` are states of their motors.
+    /// Elastic joints, each with the element of compliance whose `q.NAME` and `v.NAME` are the states of its motor.
     fn motors(&self) -> Vec<(String, String)> {
         Vec::new()
     }
 
-    /// The drives, each with signals [`EFFORT`]`NAME` and [`POWER`]`NAME`, in the order of the controls; none where they
-    /// have no joints.
+    /// The drives, each with signals [`EFFORT`]`NAME` and [`POWER`]`NAME`, in the order of the controls; none if they
+    /// do not act on joints.
     fn drives(&self) -> Vec<Drive> {
         Vec::new()
     }
@@ -257,25 +257,25 @@ pub trait Model: Send + Sync + 'static {
 
     /// A picture of the model with the forces between its bodies, if it can be drawn.
     ///
-    /// Bodies, connections and landmarks are the same at every point, in the same order; only where they are changes.
+    /// Bodies, connections and landmarks are the same at every point, in the same order; only their poses change.
     fn picture(&self, _at: &Point<f64>) -> Option<Picture> {
         None
     }
 
-    /// Where the points are whose uncertainty is drawn, m in the world, in the order of [`Picture::landmarks`].
+    /// Positions of the points whose uncertainty is drawn, m in the world, in the order of [`Picture::landmarks`].
     fn landmarks<S: Scalar>(&self, _at: &Point<S>) -> Vec<[S; 3]> {
         Vec::new()
     }
 }
 
-/// The unknowns of an equation, of which `at` gives the matrix `r_w` and the residual `r`, with all their derivatives: from
-/// its [solution](Model::solution), where it is not linear.
+/// The unknowns of an equation, with all derivatives, given a function `at` for its matrix `r_w` and residual `r`.
+/// If the equation is not linear, this starts from its [solution](Model::solution).
 pub(crate) fn solved<S: Scalar>(
     solution: Option<Vec<S>>,
     count: usize,
     at: impl Fn(&[S]) -> (Vec<Vec<S>>, Vec<S>),
 ) -> Vec<S> {
-    // Each step of Newton's method makes twice as many orders of derivatives right.
+    // Each Newton step doubles the order up to which derivatives are right.
     let steps = if solution.is_some() { 2 } else { 1 };
     let mut w = solution.unwrap_or_else(|| vec![S::zero(); count]);
     for _ in 0..steps {

@@ -38,8 +38,8 @@ impl Trajectory {
     }
 }
 
-/// The time of a step, s: `step` times `time_step` without the digits that rounding adds, 0.036 and not
-/// 0.036000000000000004. A product that is no short decimal stays as it is.
+/// The time of a step, s: `step` times `time_step` without spurious digits from rounding, 0.036 rather than
+/// 0.036000000000000004. A product that is not a short decimal is returned unchanged.
 #[must_use]
 pub fn time_of(step: usize, time_step: f64) -> f64 {
     let product = step as f64 * time_step;
@@ -76,7 +76,7 @@ impl Points<'_> {
 pub enum Times {
     /// Point i is at this step plus i: a part of a trajectory.
     From(usize),
-    /// All points are at this step: samples that run in step with one another.
+    /// All points are at this step: samples that advance in lockstep.
     At(usize),
 }
 

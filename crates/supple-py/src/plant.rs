@@ -46,7 +46,7 @@ pub fn roll_out(
     task.problem.roll_out_elsewhere(&task.phi, name, other, rollouts)
 }
 
-/// The next states of all samples; none where anything went wrong, now or before.
+/// The next states of all samples; `None` if anything went wrong, now or before.
 fn call(plant: &Py<PyAny>, failures: &Failures, t: usize, at: (&Matrices, &Matrices)) -> Option<Vec<f64>> {
     if failures.any() {
         return None;

@@ -9,7 +9,7 @@ pub const MOST_ENTRIES: usize = 8;
 const REST: &str = "others";
 const GREY: &str = "@ink/0.3";
 
-/// The name of a trace in the legend; none where it has no entry.
+/// The name of a trace in the legend; `None` if it has no entry.
 fn entry(trace: &Value) -> Option<&str> {
     let shown = trace.get("showlegend").and_then(Value::as_bool) != Some(false);
     let name = trace.get("legendgroup").or_else(|| trace.get("name")).and_then(Value::as_str);

@@ -24,7 +24,7 @@ pub struct Plot {
     pub traces: Vec<Value>,
     /// Layout, as that of plotly.js.
     pub layout: Value,
-    /// Which of several views is shown; none where there is one.
+    /// Which of several views is shown; `None` if there is one.
     pub choice: Option<Choice>,
 }
 

@@ -17,9 +17,9 @@ pub struct Actuator {
     pub name: String,
     /// Index of the joint that it drives, which moves and follows no other.
     pub joint: usize,
-    /// Its length for a unit of the joint's position, and the joint's torque for a unit of its force; not 0.
+    /// Length per unit of joint position, and joint torque per unit of force; not 0.
     pub gear: f64,
-    /// What force it makes of a control.
+    /// The law for its force, given the control.
     pub law: Law,
     /// The least and greatest control; infinite where the file sets no limit. In the unit of the control: see [`Law`].
     pub control: [f64; 2],
@@ -29,7 +29,7 @@ pub struct Actuator {
     pub line: usize,
 }
 
-/// What force an actuator makes of its control `u`, given its length `l` and rate `l'`.
+/// The law for an actuator's force, given its control `u`, length `l` and rate `l'`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
     /// `force = gain u`. With a gain of 1 the control is the force, N m or N.
@@ -63,7 +63,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// The law with these numbers of `force = gain u + offset - kp l - kv l'`: the simplest one that has them.
+    /// The law `force = gain u + offset - kp l - kv l'` with these numbers, in the simplest form that represents them.
     #[must_use]
     pub fn new(gain: f64, offset: f64, kp: f64, kv: f64) -> Self {
         match (offset, kp, kv) {
@@ -140,7 +140,7 @@ pub struct Omitted {
 }
 
 impl Omitted {
-    /// Why what acts on a locked joint is left out.
+    /// Reason for omitting actuators and sensors of a locked joint.
     pub const LOCKED: &str = "its joint is locked";
 }
 
@@ -176,15 +176,15 @@ pub struct Wall {
 /// What a wall is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WallShape {
-    /// A plane without end.
+    /// An infinite plane.
     Plane,
-    /// A box with these halves of its edges along its axes, m.
+    /// A box with these half lengths along its axes, m.
     Box([f64; 3]),
 }
 
 impl Wall {
     /// The outward normal of a face in the world, and a point of the face, m. `axis` is 0, 1 or 2 for x, y or z of the
-    /// wall, and `negative` means the face on the other side. A plane has the face +z only; none where there is no such
+    /// wall, and `negative` selects the opposite face. A plane has only the face +z; `None` if there is no such
     /// face.
     #[must_use]
     pub fn face(&self, axis: usize, negative: bool) -> Option<([f64; 3], [f64; 3])> {

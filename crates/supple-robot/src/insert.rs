@@ -1,11 +1,11 @@
-//! Joints that are put into a robot at a frame: the compliance of a mount, or a door in the world.
+//! Joints inserted into a robot at a frame: the compliance of a mount, or a door in the world.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::{Inertia, Joint, JointKind, Link, Measured, Pose, Robot};
 
-/// What a joint that is inserted lets move: a slide along an axis of its frame, or a turn about one.
+/// The motion of an inserted joint: a translation along an axis of its frame, or a rotation about one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InsertedAxis {
     /// Its name after that of the insert: `x` gives the joint `NAME_x`.
@@ -43,9 +43,9 @@ pub struct Insert {
     pub axes: Vec<InsertedAxis>,
     /// Inertia of the link beyond, in its frame, which is that of the mount when all joints are at 0.
     pub inertia: Option<Inertia>,
-    /// Links that hang on the mount from now on. They must be children of `link`; others stay where they are.
+    /// Links to reattach to the mount. They must be children of `link`; its other children stay where they are.
     pub carries: Vec<usize>,
-    /// Line of the file that asks for it.
+    /// Line of the file that requests it.
     pub line: usize,
 }
 
@@ -64,8 +64,8 @@ impl Insert {
 }
 
 impl Robot {
-    /// The robot with joints inserted: without drives and limits, at 0 where they change nothing. Other links, joints and
-    /// frames keep their names and numbers; those that are carried from now on follow after the new joints.
+    /// The robot with joints inserted, without drives and limits; at joint positions 0 the robot is unchanged. Other links,
+    /// joints and frames keep their names and numbers, but links that the mount carries come after the new joints.
     #[must_use]
     pub fn with_insert(&self, insert: &Insert) -> Self {
         let (links, joints) = (self.links.len(), self.joints.len());

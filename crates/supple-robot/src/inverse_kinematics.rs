@@ -1,13 +1,13 @@
-//! Positions of joints that bring a frame to a pose.
+//! Joint positions that bring a frame to a pose.
 //!
-//! Levenberg-Marquardt steps of least length on the errors of position and orientation, with limits of joints kept by
-//! projection, from several starts that are always the same.
+//! Levenberg-Marquardt steps of minimum norm on the errors of position and orientation, with joint limits enforced by
+//! projection, from several deterministic starts.
 //!
 //! ```text
 //! e = (l turn, shift)    dq = J' (J J' + mu I)^-1 e    q <- within limits of (q + dq)
 //! ```
 //!
-//! `J` holds the columns of the joints that may move: not those at a limit that the step would leave.
+//! `J` holds the columns of the joints that may move, without those at a limit that the step would violate.
 
 use supple_kernels::Ldl;
 use supple_kernels::math;
@@ -15,41 +15,41 @@ use supple_kernels::math;
 use crate::vector::{scale, sub};
 use crate::{Kinematics, Numbers, Pose, Tree, frame_jacobian};
 
-/// Length by which a turn counts as a shift, m/rad: about that of an arm's links.
+/// Lever that converts rotation errors to distances, m/rad: about the length of an arm's links.
 const LEVER: f64 = 0.3;
-/// Starts, the given one among them.
+/// Number of starts, including the given one.
 const STARTS: usize = 64;
-/// Steps from one start, at most.
+/// Greatest number of steps per start.
 const STEPS: usize = 200;
-/// Error below which nothing is left to improve, m.
+/// Error at which the search stops improving, m.
 const EXACT: f64 = 1e-12;
-/// Distances within which a frame is where typed numbers say, m and rad, and those within which no other start is tried.
+/// Tolerances, m and rad: for a pose typed by a user to count as reached, and for the search to stop trying other starts.
 const TYPED: [f64; 2] = [1e-4, 1e-3];
 const CLOSE: f64 = 1e-6;
-/// Starts beyond the given one that are tried for a frame which is there within [`TYPED`] and not within [`CLOSE`].
+/// Number of additional starts for a frame that has reached its pose within [`TYPED`] but not within [`CLOSE`].
 const TRIED_AGAIN: usize = 8;
-/// Part by which a step has to lower the squared error to go on.
+/// Relative decrease of the squared error that a step needs for the search to continue.
 const PROGRESS: f64 = 1e-12;
-/// How far joints are searched that have no limits: half a turn, or this many m.
+/// Search range of joints without limits: half a turn, or this many m.
 const FAR: f64 = 1.0;
 
-/// What is to be where.
+/// The desired pose of a frame.
 #[derive(Clone, Debug)]
 pub struct PoseGoal {
     /// The link that the frame is on.
     pub link: usize,
     /// The frame in its link.
     pub frame: Pose,
-    /// Where its origin is to be in the world, m.
+    /// Desired position of its origin in the world, m.
     pub position: [f64; 3],
-    /// How it is to be turned in the world, by rows; default: any way.
+    /// Desired rotation in the world, by rows; default: any.
     pub rotation: Option<[[f64; 3]; 3]>,
 }
 
-/// What a search for a pose may move. Lists in the order of the degrees of freedom.
+/// What a search for a pose may change. Lists are in the order of the degrees of freedom.
 #[derive(Clone, Debug)]
 pub struct Reach<'a> {
-    /// Where it starts, rad or m. What is not moved stays there.
+    /// Initial positions, rad or m. Positions that may not move keep these values.
     pub start: &'a [f64],
     /// Least positions; may be infinite.
     pub lower: &'a [f64],
@@ -64,29 +64,29 @@ pub struct Reach<'a> {
 pub struct Reached {
     /// Positions of the degrees of freedom, rad or m.
     pub q: Vec<f64>,
-    /// How far the frame's origin is from where it is to be, m.
+    /// Distance of the frame's origin from the desired position, m.
     pub distance: f64,
-    /// By which angle the frame is turned from how it is to be, rad; 0 where the orientation is free.
+    /// Angle between the frame and the desired orientation, rad; 0 if the orientation is free.
     pub angle: f64,
     /// Degrees of freedom that move the frame and are at a limit.
     pub at_limits: Vec<usize>,
 }
 
 impl Reached {
-    /// Whether the frame is where it is to be, to the digits that people type: a tenth of a millimetre and a milliradian.
+    /// Whether the frame is at the goal within the precision that people type: a tenth of a millimetre and a milliradian.
     pub fn is_there(&self) -> bool {
         let [distance, angle] = TYPED;
         self.distance < distance && self.angle < angle
     }
 
-    /// Whether the frame is where it is to be, to 1 micrometre and 1 microradian.
+    /// Whether the frame is at the goal within 1 micrometre and 1 microradian.
     fn is_close(&self) -> bool {
         self.distance < CLOSE && self.angle < CLOSE
     }
 }
 
-/// Positions at which a frame is where it is to be, or else those found at which it is nearest. From the given start,
-/// and then from others within the limits, until one leads there.
+/// Positions at which a frame is at the goal, or else the closest ones found. Searches from the given start,
+/// and then from others within the limits, until one succeeds.
 ///
 /// # Panics
 /// Where a list has not one entry by degree of freedom, or there is no such link.
@@ -114,7 +114,7 @@ struct Search<'a> {
     reach: &'a Reach<'a>,
 }
 
-/// Positions, what is left there, and half its square.
+/// Positions, their error vector, and half its square.
 struct Candidate {
     q: Vec<f64>,
     error: Vec<f64>,
@@ -122,7 +122,7 @@ struct Candidate {
 }
 
 impl Search<'_> {
-    /// The positions within limits; those that are not to be moved stay where they are.
+    /// The positions clamped to limits; those that may not move keep their values.
     fn within(&self, mut q: Vec<f64>) -> Vec<f64> {
         let Reach { start, lower, upper, free } = self.reach;
         for (i, q) in q.iter_mut().enumerate() {
@@ -131,7 +131,7 @@ impl Search<'_> {
         q
     }
 
-    /// A start, the same for the same number: points of a Halton sequence, which fills the limits evenly.
+    /// A deterministic start for each number: points of a Halton sequence, which fills the limits evenly.
     fn start(&self, number: usize) -> Vec<f64> {
         let Reach { lower, upper, .. } = self.reach;
         let turns = self.tree.bodies().iter();
@@ -153,7 +153,7 @@ impl Search<'_> {
         Kinematics::at_rest(self.tree, self.numbers, q)
     }
 
-    /// What is left: turn times lever, where one is asked for, and shift, in the world.
+    /// The error: rotation times lever, if a rotation is requested, and displacement, in the world.
     fn error(&self, kinematics: &Kinematics<f64>) -> Vec<f64> {
         let at = kinematics.poses()[self.goal.link].compose(&self.goal.frame);
         let shift = sub(self.goal.position, at.position);
@@ -171,7 +171,7 @@ impl Search<'_> {
         Candidate { q, error, cost }
     }
 
-    /// Rows of the Jacobian of what is left, without sign.
+    /// Rows of the Jacobian of the error, up to sign.
     fn jacobian(&self, q: &[f64]) -> Vec<Vec<f64>> {
         let rows = frame_jacobian(self.tree, &self.kinematics(q), self.goal.link, self.goal.frame.position);
         let lever = |row: Vec<f64>| row.into_iter().map(|entry| LEVER * entry).collect();
@@ -180,7 +180,7 @@ impl Search<'_> {
         turn.into_iter().flatten().chain([x, y, z]).collect()
     }
 
-    /// Goes downhill from positions.
+    /// Descends from the given positions.
     fn descend(&self, q: Vec<f64>) -> Candidate {
         let mut at = self.at(q);
         let mut damping = 1e-3 * LEVER * LEVER;
@@ -211,8 +211,8 @@ impl Search<'_> {
         at
     }
 
-    /// `J' (J J' + mu I)^-1 e` over the joints that may move: not those that the step would take beyond a limit at which
-    /// they are.
+    /// `J' (J J' + mu I)^-1 e` over the joints that may move, without those at a limit that the step would
+    /// violate.
     fn step(&self, at: &Candidate, jacobian: &[Vec<f64>], damping: f64) -> Vec<f64> {
         let Reach { lower, upper, free, .. } = self.reach;
         let mut moves = free.to_vec();
@@ -277,7 +277,7 @@ fn rotation_vector(r: &[[f64; 3]; 3]) -> [f64; 3] {
     scale(angle / squared(&longest).sqrt(), longest)
 }
 
-/// The digits of a number in a base, mirrored at the point: from 0 to 1.
+/// The digits of a number in a base, mirrored at the radix point: from 0 to 1.
 fn radical_inverse(mut number: usize, base: usize) -> f64 {
     let (mut value, mut digit) = (0.0, 1.0 / base as f64);
     while number > 0 {

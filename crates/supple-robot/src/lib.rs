@@ -1,6 +1,6 @@
 //! Robots from URDF, SDF and MJCF files, and the dynamics of their rigid bodies over any
 //! [`Scalar`](supple_kernels::Scalar), so that masses and lengths can be parameters and derivatives are exact. Errors name
-//! file, line and element, and what was ignored is listed.
+//! the file, line and element, and ignored parts are listed.
 //!
 //! ```text
 //! URDF, SDF or MJCF text -> Robot (links and joints as written) -> Tree (moving bodies) -> dynamics over any Scalar

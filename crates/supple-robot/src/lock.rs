@@ -1,15 +1,15 @@
-//! Joints that are taken out of a robot: fixed where they stand.
+//! Locks joints of a robot: fixes them at given positions.
 
 use crate::pose::{dot, scale};
 use crate::{Joint, JointKind, Limits, Measured, Omitted, Pose, Robot};
 use supple_kernels::math;
 
-/// By how much limits may be missed, relative to them: rounding of a file's digits.
+/// Relative tolerance on limits: rounding of a file's digits.
 const ROUNDING: f64 = 1e-9;
 
 impl Limits {
-    /// The position at which a joint starts where nothing is said: 0 where the limits allow it, else the middle of the
-    /// range, and the one limit where the other is infinite. Rad or m.
+    /// The default initial position of a joint: 0 if the limits allow it, else the middle of the
+    /// range, or the finite limit if the other is infinite. Rad or m.
     pub fn neutral(&self) -> f64 {
         let Self { lower, upper, .. } = *self;
         match (lower.is_finite(), upper.is_finite()) {
@@ -29,9 +29,9 @@ impl Limits {
 }
 
 impl Robot {
-    /// The robot without some of its joints: each of `joints` is fixed at its position, rad or m, and so are those that
-    /// follow it, where they then are. Links, joints and frames keep their numbers. Actuators and sensors of joints that
-    /// are fixed are [`Robot::omitted`]. Indices that no joint has do nothing.
+    /// The robot with some joints locked: each of `joints` is fixed at its position, rad or m, and so are those that
+    /// follow it, at the resulting positions. Links, joints and frames keep their numbers. Actuators and sensors of fixed
+    /// joints are moved to [`Robot::omitted`]. Indices without a joint are ignored.
     #[must_use]
     pub fn locked(&self, joints: &[(usize, f64)]) -> Self {
         let mut held = vec![None; self.joints.len()];
@@ -52,10 +52,10 @@ impl Robot {
         robot
     }
 
-    /// Where a joint is held: itself, or by a joint that it follows.
+    /// The position at which a joint is held, directly or through a joint that it follows.
     fn held_at(&self, joint: usize, held: &[Option<f64>]) -> Option<f64> {
         let (mut at, mut ratio, mut offset) = (joint, 1.0, 0.0);
-        // A chain longer than the list of joints goes in a circle.
+        // A chain longer than the list of joints is a cycle.
         for _ in 0..=self.joints.len() {
             if let Some(position) = held.get(at).copied().flatten() {
                 return Some(ratio * position + offset);
@@ -66,7 +66,7 @@ impl Robot {
         None
     }
 
-    /// Takes out actuators and sensors of joints that do not move.
+    /// Moves actuators and sensors of joints that do not move to the omitted ones.
     fn omit_of_fixed(&mut self) {
         let Self { joints, actuators, sensors, keys, omitted, .. } = self;
         let moves = |joint: usize| joints.get(joint).is_some_and(|joint| joint.kind != JointKind::Fixed);
@@ -115,7 +115,7 @@ impl Joint {
         Pose { rotation, position: [0.0; 3] }
     }
 
-    /// Makes it a fixed joint at a position, rad or m: its motion goes into the pose of what it carries.
+    /// Turns it into a fixed joint at a position, rad or m, absorbing the motion into the pose of its child link.
     fn fix(&mut self, position: f64) {
         self.child_pose = self.moved(position).compose(&self.child_pose);
         self.kind = JointKind::Fixed;

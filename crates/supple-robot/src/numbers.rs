@@ -7,7 +7,7 @@ use crate::{Inertia, Joint, Link, Pose, Robot};
 
 /// The physical numbers of a robot over any scalar; SI units and radians throughout.
 ///
-/// They are those of the file until a model overwrites some by parameters.
+/// They are those of the file unless a model overrides some by parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Numbers<S> {
     /// By link of the robot.
@@ -30,7 +30,7 @@ pub struct LinkNumbers<S> {
     pub moment: [[S; 3]; 3],
 }
 
-/// The numbers of a joint. Its axis is not among them: it belongs to the [`Tree`](crate::Tree).
+/// The numbers of a joint, without its axis, which belongs to the [`Tree`](crate::Tree).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointNumbers<S> {
     /// The joint's frame in the parent link.
@@ -41,7 +41,7 @@ pub struct JointNumbers<S> {
     pub damping: S,
     /// Coulomb friction, N m or N.
     pub friction: S,
-    /// Inertia of the drive, felt at the joint, kg m^2 or kg.
+    /// Inertia of the drive, reflected to the joint, kg m^2 or kg.
     pub armature: S,
     /// Stiffness of a spring in the joint, N m/rad or N/m.
     pub stiffness: S,

@@ -4,7 +4,7 @@
 use supple_kernels::Scalar;
 use supple_kernels::math;
 
-/// Where a frame is, seen from another: `p_outer = rotation p_inner + position`.
+/// The pose of an inner frame in an outer frame: `p_outer = rotation p_inner + position`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose<S = f64> {
     /// Rotation matrix, by rows.
@@ -50,20 +50,20 @@ pub(crate) fn constants<S: Scalar>(a: [f64; 3]) -> [S; 3] {
 }
 
 impl<S: Scalar> Pose<S> {
-    /// Where a frame is that coincides with the other.
+    /// The pose of a frame that coincides with the outer frame.
     #[inline(always)]
     #[must_use]
     pub fn identity() -> Self {
         Pose::<f64>::IDENTITY.cast()
     }
 
-    /// Shifted, not turned.
+    /// A pure translation.
     #[inline(always)]
     pub fn at(position: [S; 3]) -> Self {
         Self { position, ..Self::identity() }
     }
 
-    /// `self` after `inner`: from the inner frame's inner frame to the outer one.
+    /// Composes poses: `inner` is given in the inner frame of `self`; the result is in its outer frame.
     #[inline(always)]
     #[must_use]
     pub fn compose(&self, inner: &Self) -> Self {
@@ -78,7 +78,7 @@ impl<S: Scalar> Pose<S> {
         Self { rotation, position: self.apply(inner.position) }
     }
 
-    /// The outer frame seen from the inner one.
+    /// The inverse: the pose of the outer frame in the inner one.
     #[inline(always)]
     #[must_use]
     pub fn inverse(&self) -> Self {
@@ -118,7 +118,7 @@ impl<S: Scalar> Pose<S> {
 }
 
 impl Pose {
-    /// Where a frame is that coincides with the other.
+    /// The pose of a frame that coincides with the outer frame.
     pub const IDENTITY: Self =
         Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], position: [0.0; 3] };
 
@@ -132,7 +132,7 @@ impl Pose {
     /// At `position`, turned about the fixed axes x, y, z by roll, pitch and yaw in radians:
     /// `R = R_z(yaw) R_y(pitch) R_x(roll)`, as URDF and SDF mean it.
     ///
-    /// Rounding away from 0 and 1, such as the cosine 6e-17 of a right angle, is taken back.
+    /// Rounding errors near 0 and 1, such as the cosine 6e-17 of a right angle, are removed.
     pub fn from_rpy(position: [f64; 3], rpy: [f64; 3]) -> Self {
         let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(math::sin_cos).map(|(sin, cos)| (clean(sin), clean(cos)));
         Self {
@@ -171,13 +171,13 @@ impl Pose {
     }
 }
 
-/// Rounding away from 0 and 1 in the entries of a rotation, taken back.
+/// Removes rounding errors near 0 and 1 from an entry of a rotation.
 fn clean(entry: f64) -> f64 {
     let nearest = entry.round();
     if (entry - nearest).abs() < 1e-15 { nearest + 0.0 } else { entry }
 }
 
-/// The turn of a rotation from a reference, in the axes of the reference: the sine of the angle along the axis, half
+/// A rotation relative to a reference, in the axes of the reference: the sine of the angle along the axis, half
 /// the skew part of `R_ref' R`; both by rows. It is the rotation vector for small angles, and bounded and smooth for all.
 pub fn turn<S: Scalar>(rotation: &[[S; 3]; 3], reference: &[[S; 3]; 3]) -> [S; 3] {
     let entry = |i: usize, j: usize| (0..3).fold(S::zero(), |sum, k| sum + reference[k][i] * rotation[k][j]);

@@ -18,7 +18,7 @@ pub struct Robot {
     pub joints: Vec<Joint>,
     /// Named frames besides those of the links: MJCF sites, SDF frames.
     pub frames: Vec<Frame>,
-    /// Gravity that the file asks for, m/s^2 in the world; none where the format has none.
+    /// Gravity that the file asks for, m/s^2 in the world; `None` if the format has none.
     pub gravity: Option<[f64; 3]>,
     /// Actuators at joints, in the order of the file; only MJCF files have them.
     pub actuators: Vec<Actuator>,
@@ -32,9 +32,9 @@ pub struct Robot {
     pub omitted: Vec<Omitted>,
     /// Files that the file includes, in the order in which they were read; only MJCF files include others.
     pub included: Vec<PathBuf>,
-    /// What the file says that is not modelled, and what looks like a mistake: one sentence for all of a kind.
+    /// Unsupported and suspicious parts of the file: one sentence for all of a kind.
     pub warnings: Vec<String>,
-    /// The same with a sentence for every single one.
+    /// The same with a separate sentence for each occurrence.
     pub every_warning: Vec<String>,
 }
 
@@ -43,7 +43,7 @@ pub struct Robot {
 pub struct Link {
     /// Its name, unlike that of any other link.
     pub name: String,
-    /// Its inertia; none where the file gives none.
+    /// Its inertia; `None` if the file gives none.
     pub inertia: Option<Inertia>,
     /// Files of its visual meshes with their poses in the link and scales, each inside the robot file's folder or a
     /// declared package root. Not read here.
@@ -74,7 +74,7 @@ pub struct Inertia {
     pub moment: [[f64; 3]; 3],
 }
 
-/// What a joint lets its child do.
+/// Kinds of motion that a joint allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
     /// Nothing.
@@ -106,7 +106,7 @@ pub struct Joint {
     pub child_pose: Pose,
     /// Axis in the joint's frame, of length 1.
     pub axis: [f64; 3],
-    /// Position at which the moved joint frame is where the joint frame is: 0, but for MJCF's `ref`.
+    /// Position at which the moved joint frame coincides with the joint frame: 0, except for MJCF's `ref`.
     pub reference: f64,
     /// Viscous damping, N m s/rad or N s/m; at least 0.
     pub damping: f64,
@@ -118,7 +118,7 @@ pub struct Joint {
     pub stiffness: f64,
     /// Position at which that spring is at rest.
     pub rest: f64,
-    /// What it may do.
+    /// Its limits.
     pub limits: Limits,
     /// The joint that it follows.
     pub mimic: Option<Mimic>,
@@ -150,7 +150,7 @@ impl Joint {
     }
 }
 
-/// What a joint may do; infinite where nothing is said.
+/// Limits of a joint; infinite if not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Least position, rad or m.
@@ -159,7 +159,7 @@ pub struct Limits {
     pub upper: f64,
     /// Greatest speed, rad/s or m/s.
     pub velocity: f64,
-    /// Greatest torque or force of its drive, N m or N; 0 where it has no drive although other joints have.
+    /// Greatest torque or force of its drive, N m or N; 0 if it has no drive while other joints do.
     pub effort: f64,
 }
 
@@ -192,9 +192,9 @@ pub struct Frame {
 }
 
 impl Robot {
-    /// The greatest torque or force on a joint, N m or N, that its own limit allows and, where actuators of the file drive
-    /// it, their ranges of controls and forces; infinite where nothing limits it. Ranges of controls limit the force of
-    /// motors alone.
+    /// The greatest torque or force on a joint, N m or N, from its own limit and, if actuators of the file drive
+    /// it, from their control and force ranges; infinite if unlimited. Control ranges limit only the force of
+    /// motors.
     #[must_use]
     pub fn greatest_effort(&self, joint: usize) -> f64 {
         let most = |range: [f64; 2]| range[0].abs().max(range[1].abs());

@@ -2,10 +2,10 @@
 
 use crate::{Joint, JointKind, Key, Robot};
 
-/// The moving bodies of a robot: structure without numbers that a design may change.
+/// The moving bodies of a robot: only structure, without any numbers that a design may change.
 ///
 /// A body is a set of links that are fixed to one another, carried by one moving joint. Its frame is the moved frame of
-/// that joint, turned such that the axis of the joint is z. Only the algorithms see frames of bodies:
+/// that joint, rotated such that the axis of the joint is z. Body frames are internal to the algorithms:
 /// [`Kinematics`](crate::Kinematics) gives poses and velocities of links. Links that are fixed to the root belong to
 /// the world.
 ///
@@ -31,7 +31,7 @@ pub enum Motion {
 /// A moving body and its joint.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// Index of the body that carries it, which is less than its own; none where that is the world.
+    /// Index of its parent body, which is less than its own; `None` if that is the world.
     pub parent: Option<usize>,
     /// Index of its joint in the robot.
     pub joint: usize,
@@ -39,11 +39,11 @@ pub struct Body {
     pub motion: Motion,
     /// Index of the degree of freedom that moves it.
     pub dof: usize,
-    /// Position of its joint by that of the degree of freedom: 1 but for joints that follow another.
+    /// Ratio of its joint's position to that of the degree of freedom: 1 except for joints that follow another.
     pub ratio: f64,
     /// Position of its joint where the degree of freedom is at 0, rad or m.
     pub offset: f64,
-    /// Position at which its joint's moved frame is where the joint's frame is, rad or m.
+    /// Position at which its joint's moved frame coincides with the joint's frame, rad or m.
     pub reference: f64,
     /// Axes of the body in the joint's moved frame: a rotation by rows, whose third column is the axis of the joint.
     pub axes: [[f64; 3]; 3],
@@ -61,9 +61,9 @@ pub(crate) struct Place {
 }
 
 impl Tree {
-    /// The tree of a robot, which has to be as [`load`](crate::load()) gives them: links after their parents, joint `i`
+    /// The tree of a robot, which must be structured as by [`load`](crate::load()): links after their parents, joint `i`
     /// carrying link `i + 1`, and every joint that follows another leading to a joint that moves and follows none. A
-    /// joint that does not lead to one, for example because joints follow one another in a circle, is taken to follow
+    /// joint that does not lead to one, for example because joints follow one another in a cycle, is treated as following
     /// none.
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
@@ -114,7 +114,7 @@ impl Tree {
         &self.bodies
     }
 
-    /// The body that a link belongs to; none where that is the world, or there is no such link.
+    /// The body that a link belongs to; `None` if that is the world, or there is no such link.
     #[must_use]
     pub fn body_of(&self, link: usize) -> Option<usize> {
         self.links.get(link)?.body
@@ -125,12 +125,12 @@ impl Tree {
         self.bodies.len() > self.names.len()
     }
 
-    /// Greatest number of bodies that are carried by one another.
+    /// Depth of the tree: greatest number of bodies on a path to the world.
     pub fn depth(&self) -> usize {
         (0..self.bodies.len()).map(|body| self.path(Some(body)).count()).max().unwrap_or(0)
     }
 
-    /// A body, the body that carries it, and so on to the world.
+    /// A body, its parent body, and so on to the world.
     pub(crate) fn path(&self, body: Option<usize>) -> impl Iterator<Item = usize> {
         std::iter::successors(body, |&body| self.bodies[body].parent)
     }
@@ -150,10 +150,10 @@ impl Body {
 }
 
 /// The moving joint at the end of the chain of joints that a joint follows, with the ratio and offset of the whole
-/// chain; none where it follows none, or the chain does not end at a moving joint.
+/// chain; `None` if it follows none, or the chain does not end at a moving joint.
 fn followed(robot: &Robot, joint: usize) -> Option<(usize, f64, f64)> {
     let (mut master, mut ratio, mut offset) = (joint, 1.0, 0.0);
-    // A chain longer than the list of joints goes in a circle.
+    // A chain longer than the list of joints is a cycle.
     for _ in 0..robot.joints.len() {
         let Joint { mimic, kind, .. } = robot.joints.get(master)?;
         let Some(mimic) = mimic else {
@@ -169,7 +169,7 @@ fn axes_about(axis: [f64; 3]) -> [[f64; 3]; 3] {
     let least = (0..3).fold(0, |least, i| if axis[i].abs() < axis[least].abs() { i } else { least });
     let mut helper = [0.0; 3];
     helper[least] = 1.0;
-    // Of two equally small entries, such as the zeros of a coordinate axis, the first decides: x and y for z.
+    // If entries are equally small, such as the zeros of a coordinate axis, the first is used: x and y for z.
     let across = crate::pose::sub(helper, crate::pose::scale(axis[least], axis));
     let first = crate::pose::scale(1.0 / crate::pose::dot(across, across).sqrt(), across);
     let second = crate::pose::cross(axis, first);

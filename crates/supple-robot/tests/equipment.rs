@@ -297,7 +297,7 @@ fn files_are_included_once_and_within_the_folder() {
     let missing = Folder::new("missing", &[("robot.xml", &main("b.xml"))]);
     assert_eq!(
         missing.load(&[]).unwrap_err(),
-        "robot.xml:2:16: include: the included file `b.xml` is not there (files are looked for in the folder of the \
+        "robot.xml:2:16: include: the included file `b.xml` does not exist (files are looked for in the folder of the \
          outermost file, and in that of the file that includes them)"
     );
     let text = format!("<x>{BODY}</x>");

@@ -1,4 +1,4 @@
-//! Positions of joints that bring a frame to a pose.
+//! Joint positions that bring a frame to a pose.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use supple_robot::{

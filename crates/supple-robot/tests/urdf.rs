@@ -201,7 +201,7 @@ fn what_looks_like_a_mistake_is_said_once() {
     );
     one(
         &pair(&inertial(0.0, [1.0; 3]), "continuous", ""),
-        "inertial of link `b`: it has moments of inertia and no mass (line 3)",
+        "inertial of link `b`: it has moments of inertia but no mass (line 3)",
     );
     one(
         &pair("", "prismatic", "<limit lower='0' upper='1' effort='1' velocity='1'/>"),
@@ -287,7 +287,7 @@ fn limits_of_zero_are_none() {
     let joint = |limit: &str| read(&pair(&inertial(1.0, [1.0; 3]), "revolute", limit));
     let robot = joint("<limit lower='-1' upper='1' effort='0' velocity='0'/>");
     assert_eq!(robot.joints[0].limits, Limits { lower: -1.0, upper: 1.0, ..Limits::default() });
-    let said = "a limit of 0 is taken as not set: `velocity` of joint `j`, `effort` of joint `j` (line 4)";
+    let said = "limits of 0 are treated as not set: `velocity` of joint `j`, `effort` of joint `j` (line 4)";
     assert_eq!(robot.warnings, [said]);
     // Where other joints have an effort, one without it has no drive.
     let [first, second] = ["effort='5' velocity='0'", "effort='0' velocity='0'"]
@@ -300,7 +300,7 @@ fn limits_of_zero_are_none() {
     let efforts: Vec<f64> = robot.joints.iter().map(|joint| joint.limits.effort).collect();
     assert_eq!(efforts, [5.0, 0.0]);
     assert!(robot.joints.iter().all(|joint| joint.limits.velocity.is_infinite()));
-    assert_eq!(robot.warnings, ["a limit of 0 is taken as not set: `velocity` of joints `j`, `k` (line 4)"]);
+    assert_eq!(robot.warnings, ["limits of 0 are treated as not set: `velocity` of joints `j`, `k` (line 4)"]);
 }
 
 /// What is around the root element changes nothing; a second element does.

@@ -31,7 +31,7 @@ pub struct BoundStudy {
     /// The bounds of each task.
     #[serde(flatten)]
     pub report: BoundReport,
-    /// The curve of each task, in the same order; none where they were not asked for.
+    /// The curve of each task, in the same order; empty if they were not asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<Curve>,
 }

@@ -27,7 +27,7 @@ pub struct CatalogueReport {
     pub complete: bool,
     /// The chosen entry of each catalogue.
     pub chosen: Vec<ChosenEntry>,
-    /// What the chosen entries cost together, in the currency of the catalogues; none where an entry has no price.
+    /// What the chosen entries cost together, in the currency of the catalogues; `None` if an entry has no price.
     pub price: Option<f64>,
     /// The best design without catalogues.
     pub continuous: ContinuousOptimum,

@@ -35,7 +35,7 @@ pub(crate) fn save(folder: &Path) -> Result<(), StudyError> {
     write_text(&folder.join(CHECKSUMS), text.as_bytes())
 }
 
-/// The files of a result that are no longer those that were saved; none where the folder has no checksums. Whoever
+/// The files of a result that are no longer those that were saved; empty if the folder has no checksums. Whoever
 /// changes a file on purpose can change its checksum too: this detects corruption, not tampering.
 #[must_use]
 pub fn changed(folder: &Path) -> Vec<&'static str> {

@@ -344,7 +344,7 @@ struct Ends<'a> {
 }
 
 impl Ends<'_> {
-    /// The causes of the change of information between both ends, by task; none where it is stopped.
+    /// The causes of the change of information between both ends, by task; `None` if it is stopped.
     fn split(&self, start: &Evaluation) -> Option<Vec<Split>> {
         let Self { phi, best, progress, .. } = self;
         let problem = self.searcher.problem;

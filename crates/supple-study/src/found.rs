@@ -24,7 +24,7 @@ pub struct Found {
     branches: usize,
     evaluations: usize,
     without_contact: usize,
-    /// Controls of each task's plan, a vector by step; none where nothing could be evaluated.
+    /// Controls of each task's plan, a vector by step; empty if nothing could be evaluated.
     controls: Vec<Vec<Vec<f64>>>,
     error: Option<String>,
 }

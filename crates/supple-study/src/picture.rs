@@ -28,7 +28,7 @@ fn is_shown(file: &str) -> bool {
     ending.is_some_and(|ending| SHOWN.contains(&&*ending))
 }
 
-/// The lines that an error is about, with marks, for people; none where there are none to show.
+/// The lines that an error is about, with marks, for people; `None` if there are none to show.
 pub fn picture(error: &FileError) -> Option<String> {
     let line = error.line.checked_sub(1)?;
     if !is_shown(&error.file) {

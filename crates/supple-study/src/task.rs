@@ -39,7 +39,7 @@ pub struct AboutTask {
     pub steps: usize,
     /// Time step at the initial parameters, s.
     pub time_step: f64,
-    /// Bound on its expected cost at the initial parameters; none where it has none.
+    /// Bound on its expected cost at the initial parameters; `None` if it has none.
     pub bound: Option<f64>,
     /// Weight of its information in the objective.
     pub information_weight: f64,

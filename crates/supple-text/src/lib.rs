@@ -1,5 +1,5 @@
-//! Text files as people write them: read within limits against malicious input, with errors that name file, line, key and
-//! what is valid; and numbers and units as text.
+//! Reading hand-written text files, with limits against malicious input and errors that name the file, line, key and
+//! valid alternatives; also formats numbers and units as text.
 //!
 //! The crate depends on no other crate of supple. `supple-robot` reads robot files with it, `supple-model` and
 //! `supple-file` task files; all crates that print use its numbers.
@@ -9,7 +9,7 @@
 //! | a file of at most 64 MiB; texts in place of files | [`read_text`], [`read_given`], [`with_texts`] |
 //! | something wrong in a file, and where | [`FileError`] |
 //! | names in messages, and the valid name nearest to a wrong one | [`nearest`], [`quoted`], [`owned`] |
-//! | text of others without control characters | [`plain`] |
+//! | untrusted text without control characters | [`plain`] |
 //! | numbers as text, short or exact | [`short`], [`digits`], [`exact`], [`significant`] |
 //! | units on pages and in figures | [`printed_unit`] |
 //!
@@ -45,11 +45,11 @@ pub use numbers::{
 };
 pub use units::{printed_unit, raised};
 
-/// Bytes that a file has at most: what is larger is no task and no robot.
+/// Maximum file size, bytes: anything larger cannot be a task or robot file.
 const LARGEST: u64 = 64 << 20;
 
-/// Text without what a terminal or a reader would take for commands: titles, names and messages may come from files of
-/// others. Control characters but for line breaks and tabs, and those that change the direction of text, become `\u{fffd}`.
+/// Text that is safe to print: titles, names and messages may come from untrusted files and contain terminal commands.
+/// Control characters other than line breaks and tabs, and those that change the text direction, become `\u{fffd}`.
 #[must_use]
 pub fn plain(text: &str) -> Cow<'_, str> {
     let is_command = |c: char| {
@@ -58,7 +58,7 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     if text.contains(is_command) { text.replace(is_command, "\u{fffd}").into() } else { text.into() }
 }
 
-/// Something wrong in a file, and where.
+/// An error in a file, with its location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
     /// The file's name.
@@ -67,13 +67,13 @@ pub struct FileError {
     pub line: usize,
     /// Column, from 1.
     pub column: usize,
-    /// What it is about: a key as a path from the top, `tasks[0].noise.initial`, or an element, ``joint `elbow` ``.
+    /// What the error refers to: a key as a path from the top, `tasks[0].noise.initial`, or an element, ``joint `elbow` ``.
     pub key: String,
     /// What was found, and what is valid.
     pub message: String,
     /// What to do about it.
     pub help: Option<String>,
-    /// Bytes of the text that are meant.
+    /// The byte range in the text that the error refers to.
     pub span: Range<usize>,
     /// The text of the file.
     pub text: String,
@@ -99,7 +99,7 @@ impl std::fmt::Display for FileError {
 impl std::error::Error for FileError {}
 
 impl FileError {
-    /// A file that cannot be read.
+    /// The error for a file that cannot be read.
     pub fn unreadable(file: &str, why: impl std::fmt::Display) -> Self {
         Self {
             file: file.to_owned(),
@@ -113,7 +113,7 @@ impl FileError {
         }
     }
 
-    /// An error about bytes of the text.
+    /// An error at a byte range of the text.
     pub fn at(file: &str, text: &str, span: Range<usize>, key: String, message: impl Into<String>) -> Self {
         // A parser may point into the middle of a character.
         let boundary = |byte: usize| (0..=byte.min(text.len())).rev().find(|&byte| text.is_char_boundary(byte));
@@ -139,13 +139,13 @@ impl FileError {
 }
 
 thread_local! {
-    /// Texts that stand for files, by path.
+    /// Texts used in place of files, by path.
     static TEXTS: RefCell<HashMap<String, String>> = RefCell::default();
 }
 
-/// Does work for which these texts are the files of these paths, on this thread: where another machine read them.
+/// Runs `work` on this thread with these texts in place of the files at their paths, as when another machine read them.
 pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: impl FnOnce() -> T) -> T {
-    /// Puts back what was there before, also where the work panics.
+    /// Restores the previous texts, even if `work` panics.
     struct Before(HashMap<String, String>);
     impl Drop for Before {
         fn drop(&mut self) {
@@ -156,16 +156,16 @@ pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: im
     work()
 }
 
-/// Whether there is such a file, or [`with_texts`] gives a text for it.
+/// Whether the file exists or [`with_texts`] provides its text.
 pub fn is_file(path: impl AsRef<Path>) -> bool {
     let path = path.as_ref();
     TEXTS.with_borrow(|texts| texts.contains_key(&path.display().to_string())) || path.is_file()
 }
 
-/// The text of a file, or what [`with_texts`] gives for it.
+/// The text of a file, or the text that [`with_texts`] provides for it.
 ///
 /// # Errors
-/// Where it cannot be read, is no file, such as a pipe that would be waited for, is no text in UTF-8, or has more than
+/// If it cannot be read, is not a regular file (reading a pipe could block), is not UTF-8 text, or is larger than
 /// 64 MiB.
 pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let path = path.as_ref();
@@ -178,10 +178,10 @@ pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     read_given(path)
 }
 
-/// As [`read_text`], of a path that the user named: it may be a pipe.
+/// Like [`read_text`], for a path that the user gave: it may also be a pipe.
 ///
 /// # Errors
-/// As those of [`read_text`], but for pipes.
+/// Those of [`read_text`], except that pipes are allowed.
 pub fn read_given(path: &Path) -> Result<String, FileError> {
     let name = path.display().to_string();
     if let Some(text) = TEXTS.with_borrow(|texts| texts.get(&name).cloned()) {
@@ -192,7 +192,7 @@ pub fn read_given(path: &Path) -> Result<String, FileError> {
     let file = std::fs::File::open(path).map_err(unreadable)?;
     file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > LARGEST {
-        return Err(FileError::unreadable(&name, "it has more than 64 MiB"));
+        return Err(FileError::unreadable(&name, "it is larger than 64 MiB"));
     }
     String::from_utf8(bytes).map_err(|error| {
         let start = error.utf8_error().valid_up_to();
@@ -201,7 +201,7 @@ pub fn read_given(path: &Path) -> Result<String, FileError> {
     })
 }
 
-/// Advice to use the valid name nearest to one that is not valid, where one is near.
+/// Suggests the valid name closest to an invalid one, if one is close enough.
 pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     let found = found.to_lowercase();
     let likeness = |name: &str| strsim::jaro_winkler(&found, &name.to_lowercase());
@@ -215,10 +215,10 @@ pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
     if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", quoted(names)) }
 }
 
-/// Names in back quotes, separated by commas; the first forty where there are more, and never all but one.
+/// Names in backquotes, separated by commas: the first forty, or all if that would leave out only one.
 ///
-/// All kinds of sensors, costs and compliance are named: who does not find a kind in the list should not have to search for
-/// it.
+/// Lists are long enough for all kinds of sensors, costs and compliance: a user who mistypes a kind should not have to
+/// look up the valid ones.
 pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
     let most = most(names.len(), 40);
     let shown: Vec<_> = names.iter().take(most).map(|name| format!("`{}`", name.as_ref())).collect();
@@ -226,7 +226,7 @@ pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
     if rest == 0 { shown.join(", ") } else { format!("{} and {rest} more", shown.join(", ")) }
 }
 
-/// How many of `count` names a message has that should have `most` at most: one more takes less room than its number.
+/// How many of `count` names a message limited to `most` shows: one extra name is shorter than "and 1 more".
 #[must_use]
 pub fn most(count: usize, most: usize) -> usize {
     if count <= most + 1 { count } else { most }
@@ -240,7 +240,7 @@ struct Readme;
 mod tests {
     use super::quoted;
 
-    /// Twenty-one kinds were told as twenty "and 1 more".
+    /// Regression test: twenty-one kinds were listed as twenty "and 1 more".
     #[test]
     fn lists_of_names_never_hide_a_single_one() {
         let names = |count: usize| (0..count).map(|name| name.to_string()).collect::<Vec<_>>();

@@ -5,19 +5,19 @@
 //! | messages: all digits | [`digits`] | `0.00001234567` | `474.5439` | `12345678` |
 //! | data: all digits, for programs | [`exact`] | `1.234567e-5` | `474.5439` | `12345678` |
 //! | sentences: few digits | [`short`] of 3 | `1.23e-5` | `475` | `1.23e7` |
-//! | formulas: the same, and no fewer | [`padded`] to 3 | `1.23e-5` | `475` | `1.23e7` |
+//! | formulas: a fixed number of digits | [`padded`] to 3 | `1.23e-5` | `475` | `1.23e7` |
 //! | tables in terminals | [`tabular`] | `1.2346e-5` | `474.544` | `1.2346e7` |
 //! | pages | [`printed`] | `1.2346e−5` | `474.54` | `1.2346e7` |
 
-/// A number in a message, with all of its digits. It is not read by its zeros: very large and very small ones have an
-/// exponent.
+/// A number in a message, with all of its digits. Very large and very small numbers have an exponent, so that nobody has
+/// to count zeros.
 #[must_use]
 pub fn digits(number: f64) -> String {
     let short = number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs());
     if short { format!("{number}") } else { format!("{number:e}") }
 }
 
-/// A number for programs: a short text from which the same number is read. Whole numbers have no point.
+/// A number for programs: a short text that parses back to the same number. Whole numbers have no decimal point.
 #[must_use]
 pub fn exact(number: f64) -> String {
     let mut text = format!("{number:?}");
@@ -38,7 +38,7 @@ pub fn short(number: f64, count: usize) -> String {
     }
 }
 
-/// A number with exactly `count` significant digits, at least 1: zeros at its end are some of them.
+/// A number with exactly `count` significant digits, at least 1, including trailing zeros.
 #[must_use]
 pub fn padded(number: f64, count: usize) -> String {
     let (power, after) = (exponent(number, count), count.saturating_sub(1));
@@ -48,7 +48,7 @@ pub fn padded(number: f64, count: usize) -> String {
     }
 }
 
-/// A number in a table of a terminal: six significant digits at most, or five and an exponent.
+/// A number in a terminal table: at most six significant digits, or five and an exponent.
 #[must_use]
 pub fn tabular(number: f64) -> String {
     match exponent(number, 6) {
@@ -65,7 +65,7 @@ pub fn interval_95([lower, upper]: [f64; 2], number: impl Fn(f64) -> String) -> 
     format!("95 % interval {} to {}", number(lower), number(upper))
 }
 
-/// A number on a page, with five significant digits at most and the minus sign of mathematics; a dash where it is not
+/// A number on a page, with at most five significant digits and a typographic minus sign; a dash if it is not
 /// finite.
 #[must_use]
 pub fn printed(number: f64) -> String {
@@ -90,23 +90,23 @@ pub fn significant(number: f64, count: usize) -> f64 {
     format!("{number:.*e}", count.saturating_sub(1)).parse().unwrap_or(number)
 }
 
-/// The power of ten that a number begins with once it is rounded to `count` significant digits: 999.9 counts as 1000
-/// with three of them. 0 where it is 0 or not finite.
+/// The power of ten of the leading digit after rounding to `count` significant digits: 999.9 counts as 1000
+/// with three digits. 0 if the number is 0 or not finite.
 #[must_use]
 pub fn exponent(number: f64, count: usize) -> i32 {
     let text = format!("{number:.*e}", count.saturating_sub(1));
     text.split_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
 }
 
-/// A text of a number without zeros at the end that say nothing.
+/// The text of a number without insignificant trailing zeros.
 #[must_use]
 pub fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
-/// Advice about an angle that is more than a full turn, and therefore probably in degrees.
+/// Advice about an angle of more than a full turn, which was probably given in degrees.
 pub fn degrees(angle: f64) -> Option<String> {
-    // A full turn with rounded digits is one.
+    // The margin allows for a full turn given with rounded digits.
     let is_angle = angle.is_finite() && angle.abs() > std::f64::consts::TAU + 0.01;
     is_angle.then(|| format!("angles are in rad: {} degrees are {} rad", digits(angle), short(angle.to_radians(), 5)))
 }

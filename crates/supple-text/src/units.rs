@@ -1,11 +1,11 @@
 //! Units as text.
 //!
-//! Files, results for programs and tables in terminals have units as the task file writes them, such as `m^2/s^2`: they
-//! can be copied into a file again, like the numbers beside them. Pages and figures have [`printed_unit`].
+//! Files, machine-readable results and terminal tables write units as the task file does, such as `m^2/s^2`, so that
+//! they can be copied back into a file, like the numbers beside them. Pages and figures use [`printed_unit`].
 
-/// A unit on a page or in a figure: `m^2/s^2` becomes `m²/s²`, and `N m` becomes `N·m`, which no line break divides.
+/// A unit on a page or in a figure: `m^2/s^2` becomes `m²/s²`, and `N m` becomes `N·m`, which does not break across lines.
 ///
-/// Powers are whole numbers after `^` or `**`; others stay as they are written.
+/// Only whole-number powers after `^` or `**` are converted; others stay as written.
 #[must_use]
 pub fn printed_unit(unit: &str) -> String {
     let plain = unit.replace("**", "^").replace('*', " ");
@@ -40,7 +40,7 @@ pub fn printed_unit(unit: &str) -> String {
     out
 }
 
-/// Text in which digits and minus signs are raised: `-2` becomes `⁻²`.
+/// Text with its digits and minus signs as superscripts: `-2` becomes `⁻²`.
 #[must_use]
 pub fn raised(text: &str) -> String {
     let one = |c: char| match c {
@@ -53,7 +53,7 @@ pub fn raised(text: &str) -> String {
     text.chars().map(one).collect()
 }
 
-/// The whole number that a text begins with, and what follows; none where it begins with another number.
+/// The whole number that a text begins with, and what follows; `None` if it begins with another number.
 fn whole_power(text: &str) -> Option<(&str, &str)> {
     let digits = text.strip_prefix('-').unwrap_or(text);
     let count = digits.chars().take_while(char::is_ascii_digit).count();

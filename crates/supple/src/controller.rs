@@ -50,7 +50,7 @@ pub struct Controller {
     pub corrected: Matrices,
     /// Kalman gains `L`, N + 1 of n x p.
     pub filter_gain: Matrices,
-    /// Bounds that controls are clipped to; none where the task has none.
+    /// Bounds that controls are clipped to; `None` if the task has none.
     pub bounds: Option<ControlBounds>,
 }
 

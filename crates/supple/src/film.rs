@@ -10,7 +10,7 @@ use supple_robot::vector::{add, dot, scale};
 
 use crate::problem::Task;
 
-/// The scene of a task's plan, given the covariance of the belief at each state; none where the model cannot be drawn.
+/// The scene of a task's plan, given the covariance of the belief at each state; `None` if the model cannot be drawn.
 pub(crate) fn film(task: &Task, phi: &[f64], trajectory: &Trajectory, sigma: &Matrices) -> Option<Scene> {
     let steps = frames(trajectory.steps());
     let idle = vec![0.0; trajectory.controls.rows()];

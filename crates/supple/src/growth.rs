@@ -72,7 +72,7 @@ fn spread(steps: usize, states: usize) -> Vec<usize> {
     (0..count).map(|i| i * (steps - 1) / (count - 1).max(1)).collect()
 }
 
-/// `ln rho` of the square part of matrix `t` of `[A B]`; none where it is not finite.
+/// `ln rho` of the square part of matrix `t` of `[A B]`; `None` if it is not finite.
 fn growth(dynamics: &Matrices, t: usize) -> Option<f64> {
     let n = dynamics.rows();
     let mut a = DMatrix::from_fn(n, n, |i, j| dynamics.get(t, i, j));

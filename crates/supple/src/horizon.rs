@@ -54,7 +54,7 @@ impl ProvedHorizon {
 /// proved one.
 #[derive(Default)]
 pub(crate) struct DespiteRounding {
-    /// None where no law is known.
+    /// `None` if no law is known.
     pub horizon: Option<Horizon>,
     /// What to know about it, for people, where it is not that of the plan.
     pub remark: Option<String>,

@@ -102,7 +102,7 @@ impl TaskState {
         has_to_approach(&*task.system, &first, phi)
     }
 
-    /// The controls of a plan that found its contacts from afar, starting from given controls; none where there is
+    /// The controls of a plan that found its contacts from afar, starting from given controls; `None` if there is
     /// nothing to approach. With how many iterations that took.
     pub(crate) fn approach(
         &mut self,

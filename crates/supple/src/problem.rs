@@ -35,7 +35,7 @@ pub struct Problem {
     pub design: DesignSettings,
     /// The files that the task file names, but for meshes.
     pub files: Vec<PathBuf>,
-    /// Sensors to choose from; none where the task file has no catalogue.
+    /// Sensors to choose from; `None` if the task file has no catalogue.
     pub catalogue: Option<Vec<CatalogueSensor>>,
     /// Warnings about ignored or most likely wrong parts of the files; empty if there are none.
     pub warnings: Vec<String>,
@@ -62,7 +62,7 @@ pub struct TaskNumbers {
     pub steps: usize,
     /// Time step, s.
     pub time_step: Value,
-    /// The limit of its expected cost, D; none where there is none.
+    /// The limit of its expected cost, D; `None` if there is none.
     pub bound: Option<Value>,
     /// Weight of its information in the objective.
     pub information_weight: f64,
@@ -228,7 +228,7 @@ pub struct CatalogueSensor {
     pub price: f64,
     /// Whether the task file says that it is chosen.
     pub chosen: bool,
-    /// Which entries of the measurement are its; none where the problem was read without it.
+    /// Which entries of the measurement are its; empty if the problem was read without it.
     pub rows: Vec<usize>,
 }
 

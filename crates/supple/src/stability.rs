@@ -20,7 +20,7 @@ pub struct Stability {
     pub step: usize,
     /// Whether the time step is too large there, and not the system itself unstable.
     pub numerically_unstable: bool,
-    /// A time step that is short enough at all steps looked at, s; none where the present one is.
+    /// A time step that is short enough at all steps looked at, s; `None` if the present one is.
     pub suggested_time_step: Option<f64>,
     /// How many sub-steps of the present time step are short enough, for models that can be integrated in sub-steps.
     pub suggested_substeps: Option<usize>,

@@ -44,7 +44,7 @@ fn study_page(about: &About, study: &Steps, folder: &Path) -> String {
     page
 }
 
-/// How far a result is that was stopped; none where it was not.
+/// How far a result is that was stopped; `None` if it was not.
 pub fn stopped(result: &StudyResult) -> Option<String> {
     match result {
         StudyResult::Design(report) => stopped_design(report),

@@ -43,7 +43,7 @@ fn wait_for(path: &Path) {
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    panic!("{} is not there after 10 s", path.display());
+    panic!("{} does not exist after 10 s", path.display());
 }
 
 /// The tables of a folder.

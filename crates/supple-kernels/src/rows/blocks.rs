@@ -136,7 +136,7 @@ pub(super) unsafe fn store_block<L: Lanes>(block: [L; LANES], to: *mut f64, stri
     }
 }
 
-/// A square matrix of order `n`, all of whose entries exist; none where it has none.
+/// A square matrix of order `n`, all of whose entries exist; `None` if it has none.
 #[inline(always)]
 fn square(a: ViewMut, n: usize) -> Option<Place> {
     assert!(n == 0 || a.numbers.len() > (n - 1) * a.stride + n - 1);

@@ -17,9 +17,9 @@ use crate::shape::{Shape, by_length};
 pub struct BeliefSeeds<'a> {
     /// Weight of the directed information.
     pub information: f64,
-    /// Weights of the corrected covariances, symmetric n x n, N of them, held fixed; their factor.
+    /// Weights of the corrected covariances, symmetric n x n, N of them, held constant; and a common factor.
     pub weights: Option<(&'a Matrices, f64)>,
-    /// Derivatives of another number, which is added, by all `P_t` and by all `Sigma_t`, n x n, N + 1 of each.
+    /// Derivatives of an additional objective with respect to all `P_t` and all `Sigma_t`, n x n, N + 1 of each.
     pub covariances: Option<(&'a Matrices, &'a Matrices)>,
 }
 
@@ -56,7 +56,7 @@ impl BeliefAdjoint {
     }
 }
 
-/// One reverse sweep through the Kalman recursion: adjoints of a number by `A`, `C`, `W`, `V` and `X_0` at every knot
+/// One reverse sweep through the Kalman recursion: adjoints with respect to `A`, `C`, `W`, `V` and `X_0` at every knot
 /// (theory, equation G.3). With `M = I - L C` and the adjoints `Sb` of Sigma and `Pb` of P:
 ///
 /// ```text
@@ -65,8 +65,8 @@ impl BeliefAdjoint {
 /// ```
 ///
 /// with `i` the weight of the information. Overwrites `adjoints.dynamics` (its A part; B has none) and
-/// `adjoints.measurement` (but where measurements are states, taken one at a time: `C` has no adjoint then); adds to
-/// `noise_adjoint`, whose constant matrices become sums over all steps.
+/// `adjoints.measurement` (except if measurements are single states processed sequentially: then `C` has no adjoint); adds
+/// to `noise_adjoint`, whose constant matrices accumulate the sums over all steps.
 pub fn reverse_kalman(
     knots: &Knots,
     noise: &Noise,
@@ -180,7 +180,7 @@ impl Sweep<'_> {
         let (cross, inverse, turned) = (cross.at_mut(0), inverse.at_mut(0), turned.at_mut(0));
         let (c, gain) = (View::new(knots.measurement.at(t), stride), View::new(belief.gain_transposed.at(t), stride));
         let information = seeds.information;
-        // In square roots the parts of the information cancel too far: they come apart.
+        // In square-root form the parts of the information would cancel too strongly, so they are handled separately.
         let joint = if belief.form == Form::Roots { 0.0 } else { 0.5 * information };
         let of_gain = Left::plain(gain.numbers, stride);
 
@@ -213,7 +213,7 @@ impl Sweep<'_> {
         let squared = View::new(square, stride);
         Product { left: of_gain, right: squared, rows: p, inner: n, width }.set::<L, R>(ViewMut::new(cross, stride));
         if joint != 0.0 {
-            // The inverse, in its place, times the weight.
+            // The inverse, computed in place, times the weight.
             scale::<L>(inverse, joint);
             let left = Left::transposed(inverse, small);
             Product { left, right: c, rows: p, inner: p, width }.subtract::<L, R>(ViewMut::new(cross, stride));
@@ -255,7 +255,7 @@ impl Sweep<'_> {
         let f = knots.dynamics.at(t - 1);
         add_scaled::<L>(noise_adjoint.process.at_mut(t - 1), 1.0, predicted);
 
-        // square = Pb A, with zeros right of it, where F has the columns of controls.
+        // square = Pb A, zero-padded on the right, where F has the control columns.
         let (left, right) = (Left::transposed(predicted, stride), View::new(f, wide));
         Product { left, right, rows: n, inner: n, width: stride }.set::<L, R>(ViewMut::new(square, stride));
         for i in 0..n {
@@ -266,7 +266,7 @@ impl Sweep<'_> {
         product.lower().set::<L, R>(ViewMut::new(sigma, stride));
         mirror::<L, R>(ViewMut::new(sigma, stride), n);
 
-        // Ab = 2 Pb A Sigma; B has no part in the belief.
+        // Ab = 2 Pb A Sigma; the belief does not depend on B.
         let (a, corrected) = (adjoints.dynamics.at_mut(t - 1), View::new(belief.corrected.at(t - 1), stride));
         if wide != stride {
             a.fill(0.0);
@@ -282,7 +282,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// `Vb_t -= i/2 V_t^-1` at every step: `i (N + 1)/2 V^-1` at once where neither differs from step to step.
+    /// `Vb_t -= i/2 V_t^-1` at every step; if both matrices are constant, `i (N + 1)/2 V^-1` in one operation.
     #[inline(always)]
     fn subtract_noise_information(&mut self) {
         let Self { knots, noise, seeds, noise_adjoint, work, .. } = self;

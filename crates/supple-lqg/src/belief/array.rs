@@ -1,5 +1,5 @@
-//! The filter in square roots, for steps at which covariances in full digits are not enough: sensors that measure the same
-//! with very different precision, or much more precisely than is known before.
+//! The Kalman filter in square-root form, for steps at which double precision is not enough: redundant sensors
+//! of very different precision, or sensors much more precise than the prior.
 
 use nalgebra::DMatrix;
 use supple_kernels::Matrices;
@@ -11,24 +11,24 @@ use crate::dense::{beside, cholesky, dense, store, symmetric};
 use crate::knots::Knots;
 use crate::noise::Noise;
 
-/// From this ratio on rounding shows: eight digits are left.
+/// Above this ratio rounding errors become significant: eight digits are left.
 const RATIO: f64 = 1e8;
 
-/// Whether rounding of `P` shows in what a measurement says: of the ratio of `|C| |P| |C|'`, at most, to the pivot of the
-/// innovation covariance.
+/// Whether rounding of `P` affects the measurement update, from an upper bound on the ratio of `|C| |P| |C|'` to the pivot
+/// of the innovation covariance.
 #[inline(always)]
 pub(super) fn hides(spread_over_pivot: f64) -> bool {
     spread_over_pivot > RATIO
 }
 
-/// Whether rounding of the gain shows in `Sigma`, to which the Joseph form adds its square: `spread_over_pivot` as in
-/// [`hides`], and `told` the trace of `C P C' V^-1` (theory, section "Square roots").
+/// Whether rounding of the gain affects `Sigma`, to which the Joseph form adds its square: `spread_over_pivot` as in
+/// [`hides`], and `told` is the trace of `C P C' V^-1` (theory, section "Square roots").
 #[inline(always)]
 pub(super) fn blurs(spread_over_pivot: f64, told: f64) -> bool {
     f64::EPSILON * f64::EPSILON * spread_over_pivot * told > 1.0 / RATIO
 }
 
-/// A measurement in square roots, `P = S S'` and `V = G G'` (theory, equation B.2d):
+/// A measurement update in square-root form, `P = S S'` and `V = G G'` (theory, equation B.2d):
 ///
 /// ```text
 /// [ G   C S ]           [ Y  0  ]
@@ -70,7 +70,7 @@ impl Corrected {
     }
 }
 
-/// Turns columns `i` and `j` of `array`, from row `i` on, so that entry (i, j) vanishes.
+/// Rotates columns `i` and `j` of `array`, from row `i` on, so that entry (i, j) vanishes.
 fn rotate(array: &mut DMatrix<f64>, row: usize, (i, j): (usize, usize)) {
     let (kept, gone) = (array[(row, i)], array[(row, j)]);
     if gone == 0.0 {
@@ -85,7 +85,7 @@ fn rotate(array: &mut DMatrix<f64>, row: usize, (i, j): (usize, usize)) {
     }
 }
 
-/// A factor `S` of a positive semidefinite `P = S S'`, with a column for each of its rank; each state in its own unit.
+/// A factor `S` of a positive semidefinite `P = S S'` with as many columns as its rank; each state is scaled.
 fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let n = covariance.nrows();
     let size = covariance.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 0.0 });
@@ -109,7 +109,7 @@ fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) }
 }
 
-/// The whole recursion (B.1) in square roots.
+/// The whole recursion (B.1) in square-root form.
 pub(super) fn sweep(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
     let n = knots.dimensions.states;
     belief.repairs = 0;

@@ -1,4 +1,4 @@
-//! One step of the filters of a batch of samples, in step with one another: matrices are indexed by sample.
+//! One step of the filters of a batch of samples, processed together: matrices are indexed by sample.
 
 use supple_kernels::rows::Long;
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
@@ -14,12 +14,12 @@ use crate::dense::{dense, of_rows};
 use crate::knots::Knots;
 use crate::shape::Shape;
 
-/// Takes the measurements of one step into the covariances of all samples, each with its own `C`: from `predicted` to
-/// `corrected`, with `V` of all samples or of each; `knots` has one for each sample of the belief. Where `picks` says which
-/// state each measurement is, `C` is not read.
+/// Updates the covariances of all samples with the measurements of one step, each with its own `C`: from `predicted` to
+/// `corrected`, with one `V` for all samples or one for each; `knots` has one entry per sample. If `picks` gives the
+/// state that each measurement is, `C` is not read.
 ///
 /// # Errors
-/// Where an innovation covariance is not positive definite; the step is the number of the sample.
+/// If an innovation covariance is not positive definite; the error's step is the index of the sample.
 pub fn correct_each(
     knots: &Knots,
     picks: Option<&[usize]>,
@@ -31,7 +31,7 @@ pub fn correct_each(
     failed.map_or(Ok(()), |step| Err(Error::NotPositiveDefinite { what, step }))
 }
 
-/// Moves the covariances of all samples on by a step with the noise `w`, each with its own dynamics: from `corrected` to
+/// Propagates the covariances of all samples by one step with the noise `w`, each with its own dynamics: from `corrected` to
 /// `predicted`.
 pub fn predict_each(knots: &Knots, w: &[f64], belief: &mut Belief) {
     dispatch(PredictAll { knots, w, belief });
@@ -39,15 +39,15 @@ pub fn predict_each(knots: &Knots, w: &[f64], belief: &mut Belief) {
 
 struct CorrectAll<'a> {
     knots: &'a Knots,
-    /// The state that each measurement is, where they are taken one at a time.
+    /// The state that each measurement measures, if they are processed sequentially.
     picks: Option<&'a [usize]>,
-    /// `V` of all samples, or of each.
+    /// One `V` for all samples, or one for each.
     v: (&'a [f64], Option<&'a Matrices>),
     belief: &'a mut Belief,
 }
 
 impl Job for CorrectAll<'_> {
-    /// The first sample that cannot be corrected.
+    /// The first sample whose update failed.
     type Output = Option<usize>;
 
     #[inline(always)]

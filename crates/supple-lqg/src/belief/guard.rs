@@ -1,8 +1,8 @@
 use nalgebra::DMatrix;
 use supple_kernels::rows;
 
-/// Replaces a symmetric matrix by the nearest positive semidefinite one where rounding made it indefinite; whether it
-/// had to.
+/// Replaces a symmetric matrix that rounding made indefinite by the nearest positive semidefinite one; returns whether
+/// this was necessary.
 ///
 /// The test is an LDL' factorisation in which a pivot up to 1e-13 of its diagonal entry counts as zero; the column below
 /// it must vanish to the square root of that.
@@ -36,7 +36,7 @@ fn is_semidefinite(a: &[f64], n: usize, stride: usize) -> bool {
         if pivot < -1e-13 * scale.abs() || scale < 0.0 || pivot.is_nan() {
             return false;
         }
-        // A pivot that is zero but for rounding leaves a column of rounding errors behind it.
+        // A pivot that is zero up to rounding leaves a column of rounding errors.
         let vanishes = pivot <= 1e-13 * scale;
         // With a floor for variances that have all but underflowed.
         let bound = |i: usize| (1e-6 * (scale * a[i * stride + i].abs()).sqrt()).max(1e-150);
@@ -51,11 +51,11 @@ fn is_semidefinite(a: &[f64], n: usize, stride: usize) -> bool {
     true
 }
 
-/// By eigenvalues, once a Cholesky factorisation of the matrix with a little more on its diagonal has failed.
+/// Decides by eigenvalues, after a Cholesky factorisation of the matrix with a slightly larger diagonal has failed.
 fn is_large_semidefinite(a: &[f64], n: usize, stride: usize) -> bool {
     let mut factor = a[..n * stride].to_vec();
     for i in 0..n {
-        // A variance of 0 has a row of zeros beside it.
+        // A variance of 0 implies a row of zeros.
         factor[i * stride + i] += (1e-13 * a[i * stride + i]).max(f64::MIN_POSITIVE);
     }
     if rows::cholesky(&mut factor, n, stride).is_ok() {

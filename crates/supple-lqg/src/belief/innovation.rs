@@ -1,16 +1,16 @@
 use supple_kernels::math;
 
-/// The innovation `nu = y - g(mu)` of one measurement, as far as its likelihood goes.
+/// The statistics of the innovation `nu = y - g(mu)` of one measurement that its likelihood depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Innovation {
-    /// `nu' S^-1 nu`, with the innovation covariance `S`: p in the mean where the filter is consistent.
+    /// `nu' S^-1 nu`, with the innovation covariance `S`: its mean is p if the filter is consistent.
     pub squared: f64,
     /// `ln |S|`
     pub log_determinant: f64,
 }
 
 impl Innovation {
-    /// With the Cholesky factor of `S`, lower, rows `stride` apart; what is solved for takes the place of `nu`.
+    /// From the lower Cholesky factor of `S`, rows `stride` apart; the solution overwrites `nu`.
     pub fn of(nu: &mut [f64], factor: &[f64], stride: usize) -> Self {
         let mut found = Self::default();
         for i in 0..nu.len() {

@@ -19,13 +19,13 @@ use crate::shape::{Shape, by_length};
 /// Sigma = (I - L C) P (I - L C)' + L V L'
 /// ```
 ///
-/// With `T = P - L C P` and `D = T C' - L V`, zero but for rounding, the last line is `T - D L'`: the same number in
+/// With `T = P - L C P` and `D = T C' - L V`, zero up to rounding, the last line is `T - D L'`: the same result in
 /// n^2 p operations, with the same cancellation of rounding errors. `P`, `Sigma`, `W` and `X_0` may be singular.
 /// Independent measurements of single states are processed sequentially, which is equivalent. If double precision is
 /// not sufficient, for example with two sensors of very different precision, the square-root form is used (B.2d).
 ///
 /// # Errors
-/// Where `V` is not positive definite, or a number is not finite; of many states, where a stop is requested.
+/// If `V` is not positive definite, or a number is not finite; with many states, also if a stop is requested.
 pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
     dispatch(Sweep { knots, noise, belief })
 }
@@ -36,7 +36,7 @@ struct Sweep<'a> {
     belief: &'a mut Belief,
 }
 
-/// Filters of more states end once a stop is requested: their steps take long.
+/// Filters with more states check for a stop request, because their steps take long.
 const LARGE: usize = 32;
 
 /// Steps between two full checks that `Sigma` is positive semidefinite.
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use crate::knots::Dimensions;
 
-    /// A filter of one step whose sensors see sums of all states, with noise that is shared or not.
+    /// The form that a one-step filter uses whose sensors measure sums of all states, with shared or independent noise.
     fn form_of(n: usize, p: usize, precision: f64, shared: f64) -> Form {
         let mut knots = Knots::zeros(Dimensions { states: n, controls: 1, measurements: p }, 1);
         let mut noise = Noise::zeros(n, p);
@@ -114,7 +114,7 @@ mod tests {
         belief.form
     }
 
-    /// The form in square roots costs many times as much: sensors of ordinary precision must not end there.
+    /// The square-root form costs many times as much: sensors of ordinary precision must not trigger it.
     #[test]
     fn square_roots_are_taken_only_where_digits_are_lost() {
         for (n, p) in [(1, 1), (3, 2), (5, 4), (9, 6), (20, 9)] {

@@ -7,10 +7,10 @@ use crate::knots::Knots;
 use crate::shape::Shape;
 use crate::transport::Mover;
 
-/// States from which it pays that positions follow rates.
+/// Number of states from which exploiting the position-rate structure pays off.
 pub(super) const LEAST: usize = 20;
 
-/// From the belief at one step to what it predicts of another, `P_to = A_from Sigma_from A_from' + W`, as a part of a sweep.
+/// Prediction step `P_to = A_from Sigma_from A_from' + W`, as a part of a sweep.
 pub(super) struct Predict<'a, R> {
     pub shape: Shape<R>,
     pub suggested: Option<Carried>,

@@ -1,4 +1,4 @@
-//! Measurements that are single states with independent noise, taken one at a time: no matrix is factored, and rounding
+//! Sequential updates with measurements of single states with independent noise: no matrix is factored, and rounding
 //! stays small whatever the ratio of covariance to noise.
 
 use supple_kernels::math;
@@ -10,14 +10,14 @@ use super::state::Belief;
 use crate::noise::Noise;
 use crate::shape::Shape;
 
-/// Measurements whose changes of the covariance are made together.
+/// Number of measurements whose changes of the covariance are applied together.
 const GROUP: usize = 8;
 
 /// From `P_t` to `Sigma_t`, [`correct`], as a part of a sweep.
 pub(super) struct CorrectEach<'a, R> {
     pub shape: Shape<R>,
     pub t: usize,
-    /// The state that each measurement is.
+    /// The state that each measurement measures.
     pub picks: &'a [usize],
     /// `V`.
     pub variances: &'a [f64],
@@ -41,8 +41,8 @@ impl<R: Rows> Job for CorrectEach<'_, R> {
 /// S = g_s + v      P <- P - g g' / S, of which row and column s are g v / S to the last digit
 /// ```
 ///
-/// Keeps `g` and `S` for the way back. Of a group of measurements all `g` are found first, each as those before leave it,
-/// and `P`, of which only the lower triangle is kept, is changed once. `Err(i)` where the `i`th innovation variance is not
+/// Stores `g` and `S` for the reverse sweep. For a group of measurements, first every `g` is computed as the preceding ones
+/// leave it; then `P`, stored as its lower triangle only, is updated once. `Err(i)` if the `i`th innovation variance is not
 /// positive.
 #[inline(always)]
 fn correct<L: Lanes, R: Rows>(
@@ -69,7 +69,7 @@ fn correct<L: Lanes, R: Rows>(
                 unreachable!("a row of each measurement")
             };
             if first == 0 {
-                // All of `P_t` is there still; numbers that are stored one by one are slow to load as lanes.
+                // All of `P_t` is still available here; values just stored one by one are slow to load as vectors.
                 pivot.copy_from_slice(&p[s * stride..(s + 1) * stride]);
             } else {
                 pivot[..=s].copy_from_slice(&p[s * stride..=s * stride + s]);
@@ -90,7 +90,7 @@ fn correct<L: Lanes, R: Rows>(
             rows::scale::<L>(scaled, reciprocals[k]);
             done[k] = (pivot, scaled);
         }
-        // What is exact of the measured rows, once all of the group are taken.
+        // The exact values in the measured rows, once the whole group is processed.
         for (k, (&s, exact)) in group.iter().zip(exact.chunks_mut(stride)).enumerate() {
             exact.copy_from_slice(done[k].0);
             rows::scale::<L>(exact, variance(k) * reciprocals[k]);
@@ -120,9 +120,9 @@ fn correct<L: Lanes, R: Rows>(
 }
 
 impl Belief {
-    /// Takes measurements into an estimate one at a time, once [`correct_each`](super::correct_each) has taken them into the
-    /// covariance; what they
-    /// say is the same as that of all together.
+    /// Updates an estimate with measurements one at a time, once [`correct_each`](super::correct_each) has updated the
+    /// covariance; the combined innovation statistics
+    /// are the same as with all measurements together.
     pub fn take_in(&self, t: usize, picks: &[usize], measured: &[f64], mean: &mut [f64]) -> Innovation {
         let (pivots, factor) = (self.pivots.at(t), &self.innovation_factor);
         let stride = self.pivots.stride();
@@ -139,7 +139,7 @@ impl Belief {
     }
 }
 
-/// Row `s` of the covariance once state `other` has been measured: `g`, `g / S` and `v / S` are those of the measurement.
+/// Row `s` of the covariance after state `other` was measured: `g`, `g / S` and `v / S` belong to that measurement.
 #[inline(always)]
 fn take<L: Lanes>(row: &mut [f64], (s, other): (usize, usize), (g, scaled): (&[f64], &[f64]), left: f64) {
     if s == other {
@@ -155,7 +155,7 @@ fn take<L: Lanes>(row: &mut [f64], (s, other): (usize, usize), (g, scaled): (&[f
 pub(super) struct ReverseEach<'a, R> {
     pub shape: Shape<R>,
     pub t: usize,
-    /// The state that each measurement is.
+    /// The state that each measurement measures.
     pub picks: &'a [usize],
     /// Weight of the information.
     pub information: f64,
@@ -164,7 +164,7 @@ pub(super) struct ReverseEach<'a, R> {
     pub noise_adjoint: &'a mut Noise,
 }
 
-/// The adjoint of `Sigma_t`, what receives that of `P_t`, and a row of length n.
+/// The adjoint of `Sigma_t`, the output for the adjoint of `P_t`, and a row of length n.
 pub(super) struct Memory<'a> {
     pub sigma: &'a Matrices,
     pub predicted: &'a mut Matrices,
@@ -180,13 +180,13 @@ impl<R: Rows> Job for ReverseEach<'_, R> {
     }
 }
 
-/// From the adjoint `Sb` of `Sigma_t` to that of `P_t` (theory, equation B.2c): the measurements in reverse, each with
+/// From the adjoint `Sb` of `Sigma_t` to that of `P_t` (theory, equation B.2c): the measurements in reverse order, each by
 ///
 /// ```text
 /// h = Sb g / S     k = g' h / S + i / (2 S)     Sb <- Sb - h e_s' - e_s h' + k e_s e_s'     vb += k
 /// ```
 ///
-/// with `i` the weight of the information. `C` picks states whatever the design: it has no adjoint.
+/// where `i` is the weight of the information. `C` picks states regardless of the design, so it has no adjoint.
 #[inline(always)]
 fn reverse<L: Lanes, R: Rows>(part: ReverseEach<R>) {
     let ReverseEach { shape, t, picks, information, belief, memory, noise_adjoint } = part;

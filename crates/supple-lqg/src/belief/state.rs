@@ -12,19 +12,19 @@ pub struct Belief {
     pub corrected: Matrices,
     /// Transposed Kalman gain `L_t'`, p x n, N + 1 of them.
     pub gain_transposed: Matrices,
-    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them; or, where measurements are taken one at a
-    /// time, the roots of their variances on the diagonal, whose product is the same.
+    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them; or, if measurements are processed sequentially,
+    /// the square roots of their innovation variances on the diagonal, whose product is the same.
     pub innovation_factor: Matrices,
-    /// Rows of the covariance that were measured, p x n, N + 1 of them, where measurements are taken one at a time.
+    /// Rows of the covariance at the measured states, p x n, N + 1 of them, if measurements are processed sequentially.
     pub(super) pivots: Matrices,
-    /// How the last sweep took measurements.
+    /// How the last sweep processed measurements.
     pub(super) form: Form,
     /// Number of repairs that restored positive semidefiniteness of `Sigma`.
     pub repairs: usize,
     pub(super) work: Work,
 }
 
-/// How measurements are taken.
+/// How measurements are processed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     /// All of a step together.
@@ -41,7 +41,7 @@ pub(super) struct Work {
     pub transport: Transport,
     /// `C P`, p x n.
     pub cross: Matrices,
-    /// `[S^y | C P]`, and what becomes of it: each in whole lanes.
+    /// `[S^y | C P]`, overwritten during the step: each in whole lanes.
     pub innovation: Matrices,
     /// Reciprocals of the diagonal of the factor of `S^y`.
     pub reciprocals: Matrices,
@@ -74,7 +74,7 @@ impl Belief {
         }
     }
 
-    /// The columns of a factor, n x p, of the covariance reduction by the measurements of step `t`, `L S^y L' = P - Sigma`,
+    /// The columns of a factor, n x p, of the covariance reduction by the measurements at step `t`, `L S^y L' = P - Sigma`,
     /// as rows in whole lanes.
     #[inline(always)]
     pub(crate) fn write_reduction<L: Lanes>(&self, t: usize, out: &mut [f64]) {

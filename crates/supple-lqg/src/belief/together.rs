@@ -85,7 +85,7 @@ impl<R: Rows> Job for Correct<'_, R> {
         let solved = Scaled { from: View::new(&rows[small..], stride), factor: 1.0, rows: p, count: n };
         solved.set::<L, R>(ViewMut::new(gain, narrow));
 
-        // D', in the place of C P.
+        // D', overwriting C P.
         let defect = cross;
         let (left, right) = (Left::plain(c, narrow), View::new(corrected, narrow));
         Product { left, right, rows: p, inner: n, width: narrow }.set::<L, R>(ViewMut::new(defect, narrow));
@@ -102,7 +102,7 @@ impl<R: Rows> Job for Correct<'_, R> {
     }
 }
 
-/// Whether rounding of `P` shows in `Sigma`, to which `(I - L C) dP (I - L C)'` takes an error `dP`.
+/// Whether rounding of `P` affects `Sigma`: an error `dP` propagates to `(I - L C) dP (I - L C)'`.
 fn shows(n: usize, stride: usize, [predicted, corrected]: [&[f64]; 2], (gain, c): (&[f64], &[f64])) -> bool {
     let deviation = |j: usize| predicted[j * (stride + 1)].sqrt();
     (0..n).any(|j| {
@@ -114,7 +114,7 @@ fn shows(n: usize, stride: usize, [predicted, corrected]: [&[f64]; 2], (gain, c)
     })
 }
 
-/// `Tr(M V^-1)` of an `M` given by its entries, with a factor of `V` and one column as memory; infinite where `V` is not
+/// `Tr(M V^-1)` of an `M` given by its entries, with a factor of `V` and one column as work space; infinite if `V` is not
 /// positive definite.
 fn trace_by_noise(
     (v, stride): (&[f64], usize),

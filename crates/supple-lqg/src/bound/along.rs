@@ -9,7 +9,7 @@ use crate::noise::Noise;
 use crate::riccati::Policy;
 
 impl Horizon {
-    /// That along knots, with the prices of a law and the cost of the plan itself.
+    /// The horizon along knots, with the prices of a policy and the cost of the plan itself.
     #[must_use]
     pub fn along(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Self {
         let (n, steps) = (knots.dimensions.states, knots.steps());
@@ -28,24 +28,24 @@ impl Horizon {
     }
 }
 
-/// How far a horizon may be from the problem that it was made of.
+/// How far a horizon may differ from the problem that it was derived from.
 #[derive(Clone, Debug, Default)]
 pub struct Spread {
-    /// By how much the least cost may be below `base_cost`, and above.
+    /// By how much the least cost may be below `base_cost`, and by how much above.
     pub least: [f64; 2],
-    /// By how much each entry of the prices may be off; none where they are exact.
+    /// The possible error of each entry of the prices; `None` if they are exact.
     pub prices: Option<Matrices>,
-    /// How far, relatively, the costs for which all of this is proved are from those given.
+    /// The relative distance of the costs for which this is proved from those given.
     pub distance: f64,
 }
 
 impl Horizon {
-    /// That along knots with the law of least expected cost, both computed and proved in as many digits as it takes, with
-    /// how far it may be off. Controls that the policy holds at a limit stay there. The cost of the plan itself is within
+    /// The horizon along knots with the control law of least expected cost, computed and proved in as many digits as needed,
+    /// and its possible error. Controls that the policy holds at a limit stay there. The true cost of the plan is within
     /// `rounding` of `nominal_cost`.
     ///
     /// # Errors
-    /// Why it is not proved.
+    /// The reason why it could not be proved.
     pub fn proved(
         knots: &Knots,
         policy: &Policy,
@@ -60,7 +60,7 @@ impl Horizon {
         let is_held = |t: usize, i: usize| i >= n && policy.clamped[t * (joint - n) + i - n];
         let of =
             |from: &Matrices, t: usize, rows: usize, cols: usize| Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j));
-        // A control that is held moves nothing and costs nothing.
+        // A control that is held has no effect and no cost.
         let free = |from: &Matrices, t: usize, rows: usize| {
             let moves = |i: usize, j: usize| !is_held(t, i) && !is_held(t, j);
             Matrix::from_fn(rows, joint, |i, j| if moves(i, j) { from.get(t, i, j) } else { 0.0 })

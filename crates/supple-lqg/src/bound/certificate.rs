@@ -5,8 +5,8 @@ use super::reduce::Chain;
 use crate::dense::{Dense, congruence, eigen, solve_lower, symmetric};
 use supple_kernels::math;
 
-/// The gap between the information of a place and the dual value of its multipliers, nats: infinite where they are not
-/// feasible (theory, equation L.12). Never below the distance to the minimum.
+/// The gap between the information at an iterate and the dual value of its multipliers, nats: infinite if they are not
+/// feasible (theory, equation L.12). Never less than the distance to the minimum.
 pub(super) fn gap(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
     let mut gap = place.price * slack_of_budget(local);
     for (t, at) in local.iter().enumerate() {
@@ -26,8 +26,8 @@ pub(super) fn gap(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
     if gap.is_finite() && gap > 0.0 { gap } else { f64::INFINITY }
 }
 
-/// By how much `1/2 log |A p A' + W| - 1/2 log |p| + Tr(M p)` at the identity is above its infimum over all `p`, at
-/// most (theory, equation L.11). `known` is `A' Pbar^-1 A`, and `size` what `M` was summed from.
+/// An upper bound on how much `1/2 log |A p A' + W| - 1/2 log |p| + Tr(M p)` at the identity exceeds its infimum over `p`
+/// (theory, equation L.11). `known` is `A' Pbar^-1 A`, and `size` the magnitude of the terms summed in `M`.
 fn excess(slope: &Dense, known: Dense, size: f64) -> f64 {
     let n = slope.nrows();
     let Some(found) = eigen(known) else { return f64::INFINITY };

@@ -1,4 +1,4 @@
-//! What is known of the minimum without searching for it: bounds in closed form, and what codes cost beside them.
+//! Lower bounds on the minimum in closed form, without a search, and the overhead of practical codes.
 
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -10,13 +10,13 @@ use super::product::log_singular_values;
 use crate::Error;
 use crate::dense::{dense, eigen, eigenvalues, svd};
 
-/// A matrix counts as singular when, with its diagonal scaled to 1, its least eigenvalue is at most this times its
+/// A matrix counts as singular if, scaled to a unit diagonal, its least eigenvalue is at most this times its
 /// order.
 const SINGULAR: f64 = 1e-13;
 
 /// The data-rate theorem: `sum log |lambda|` over the eigenvalues of `A` outside the unit circle (theory, equation
-/// L.20), nats per step. No controller that keeps the state bounded needs less. What rounding may have made of an
-/// eigenvalue is taken off.
+/// L.20), nats per step. No controller that keeps the state bounded can use less. The possible rounding error of each
+/// eigenvalue is subtracted.
 ///
 /// `dynamics`: one matrix, n x n.
 ///
@@ -34,16 +34,16 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     balance_parlett_reinsch(&mut balanced);
     let values = eigenvalues(&balanced).ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
     let outside = values.iter().filter(|value| value.norm() > 1.0);
-    // The sum of nothing is -0.
+    // An empty sum is -0.
     Ok(outside.map(|value| math::ln(value.norm() - blur(&balanced, *value)).max(0.0)).sum::<f64>() + 0.0)
 }
 
-/// How far rounding may have moved an eigenvalue, and some more: its condition number times the rounding of the matrix.
-/// For a defective eigenvalue, as in chained integrators, this exceeds the splitting by rounding.
+/// An upper estimate of the rounding error of an eigenvalue: its condition number times the rounding of the matrix.
+/// For a defective eigenvalue, as in chained integrators, this exceeds the spread caused by rounding.
 fn blur(matrix: &DMatrix<f64>, value: Complex<f64>) -> f64 {
     let n = matrix.nrows();
     let rounding = 10.0 * n as f64 * f64::EPSILON * matrix.norm();
-    // Inverse iteration: `x` is an eigenvector, and of all left ones `y` is that which is least across it.
+    // Inverse iteration: `x` is a right eigenvector, and `y` is the left one with the least component across it.
     let shifted = |shift: f64| matrix.map(Complex::from) - DMatrix::identity(n, n) * (value + shift);
     let condition = [1.0, 2.0, 4.0].into_iter().find_map(|times| {
         let shifted = shifted(times * f64::EPSILON * matrix.norm());
@@ -62,9 +62,9 @@ fn blur(matrix: &DMatrix<f64>, value: Complex<f64>) -> f64 {
 /// `sum log sigma` over the singular values above 1 of `A_{T-1} ... A_0` (theory, equation L.21), nats over `steps`
 /// steps.
 ///
-/// How much the open loop spreads what is not known. Over T this tends to the data-rate floor as a system that does not
-/// change goes on, but at a finite horizon it is no bound: it depends on the units of the states, and where the cost
-/// allows the spread, no information is needed at all.
+/// How much the open loop amplifies uncertainty. In a time-invariant system its mean over T tends to the data-rate floor
+/// as T grows, but over a finite horizon it is no bound: it depends on the units of the states, and if the cost
+/// allows the growth, no information is needed at all.
 ///
 /// `dynamics`: n x n, one for each step or one that holds at every step.
 ///
@@ -82,22 +82,22 @@ pub fn product_growth(dynamics: &Matrices, steps: usize) -> Result<f64, Error> {
 /// The lower bound of Kostina and Hassibi at one cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KostinaHassibi {
-    /// Nats per step; negative or minus infinity where it says nothing.
+    /// Nats per step; negative or minus infinity if the bound is vacuous.
     pub nats: f64,
-    /// Why it says nothing beyond the data-rate floor; none where it does.
+    /// Why the bound is not stronger than the data-rate floor; `None` if it is.
     pub vacuous: Option<Vacuous>,
 }
 
-/// Why the bound of Kostina and Hassibi says nothing.
+/// Why the bound of Kostina and Hassibi is vacuous.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Vacuous {
-    /// The process noise does not drive every state, so that its entropy power is 0.
+    /// The process noise does not drive every state, so its entropy power is 0.
     SingularProcess,
-    /// Some direction of the state costs nothing while it is not known, as where controls are fewer than states.
+    /// Uncertainty in some direction of the state has no cost, as with fewer controls than states.
     SingularPrice,
-    /// At so great a cost it is below the data-rate floor.
+    /// At such a high cost it is below the data-rate floor.
     LooseCost,
 }
 
@@ -113,12 +113,12 @@ impl std::fmt::Display for Vacuous {
     }
 }
 
-/// The bound of Kostina and Hassibi (theory, equation L.22): nats per step that the cost `cost` per step takes at
-/// least, `n/2 log(|det A|^(2/n) + N(W) |det Theta|^(1/n) / ((D - D_min)/n))`, with the entropy power
+/// The bound of Kostina and Hassibi (theory, equation L.22): the least nats per step that the cost `cost` per step
+/// requires, `n/2 log(|det A|^(2/n) + N(W) |det Theta|^(1/n) / ((D - D_min)/n))`, with the entropy power
 /// `N(W) = |det W|^(1/n)` of Gaussian noise. `floor` is the data-rate floor in nats per step.
 ///
 /// It is `log |det A| + n/2 log(1 + N(W) |det M|^(1/n) / ((D - D_min)/n))` with `Theta = A' M A`, written so that it
-/// holds for singular `A` too; half of its `M` and of its costs are ours, which have the factor 1/2.
+/// holds for singular `A` too; our `M` and costs are half of theirs, because of the factor 1/2 in our cost.
 #[must_use]
 pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
     let n = stationary.dynamics.rows() as f64;
@@ -135,8 +135,8 @@ pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> Kostin
     KostinaHassibi { nats, vacuous: (nats < floor).then_some(Vacuous::LooseCost) }
 }
 
-/// Bits that a prefix-free code with scalar quantisers needs at most where `bits` would do:
-/// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, `ranks` being how many
+/// An upper bound on the bits of a prefix-free code with scalar quantisers if the minimum is `bits`:
+/// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, where `ranks` gives how many
 /// numbers the virtual sensor measures at each step (theory, equation L.23; Tanaka, Johansson, Oechtering, Sandberg,
 /// Skoglund 2016).
 #[must_use]
@@ -146,14 +146,14 @@ pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
     bits + sent.map(|&rank| loss * rank as f64 + 1.0).sum::<f64>()
 }
 
-/// `log |det A|`: minus infinity where it is singular. Rows and columns are balanced, so that it does not overflow.
+/// `log |det A|`: minus infinity if `A` is singular. Rows and columns are balanced to avoid overflow.
 fn log_determinant(matrix: &DMatrix<f64>) -> f64 {
     let mut balanced = matrix.clone();
     balance_parlett_reinsch(&mut balanced);
     svd(&balanced).values.iter().map(|value| math::ln(*value)).sum()
 }
 
-/// `log det` of a positive semidefinite matrix; none where it is singular, whatever the units of its rows.
+/// `log det` of a positive semidefinite matrix; `None` if it is singular, whatever the units of its rows.
 fn log_determinant_semidefinite(matrix: &DMatrix<f64>) -> Option<f64> {
     let n = matrix.nrows();
     let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt()).collect();

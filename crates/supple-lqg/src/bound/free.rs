@@ -1,24 +1,24 @@
-//! States that cost nothing, now or later, but for the rounding of the numbers given: as where masses and springs float
-//! freely, and were discretised in time.
+//! States that never cost anything, apart from rounding of the given numbers: for example free-floating masses and springs
+//! after discretisation in time.
 
 use super::units::scales;
 use super::verify::{Matrix, Quotient};
 use super::zeros::moduli;
 use crate::dense::Dense;
 
-/// The rounding of a number given, relatively: what is tried, one after the other.
+/// Relative rounding of the given numbers: values to try, one after the other.
 const GIVEN: [f64; 3] = [2.0 * f64::EPSILON, 32.0 * f64::EPSILON, 512.0 * f64::EPSILON];
 
-/// Entries below so many times their rounding are 0.
+/// Entries below this multiple of their rounding error count as 0.
 const CANCELS: f64 = 8.0;
 
-/// Modes that die out faster than this per step may stay.
+/// Modes that decay faster than this per step need not be removed.
 const LASTS: f64 = 1.0 - 1e-3;
 
-/// How far the numbers may be from those of a system whose states cost exactly nothing.
+/// The largest distance to a system whose states cost exactly nothing.
 const NEARBY: f64 = 1e-11;
 
-/// Numbers of a row, and how far each is rounded.
+/// The numbers of a row, and the rounding error of each.
 #[derive(Clone)]
 struct Row {
     entries: Vec<f64>,
@@ -26,7 +26,7 @@ struct Row {
 }
 
 impl Row {
-    /// What cancels is 0.
+    /// Sets entries that cancel up to rounding to 0.
     fn clean(mut self) -> Self {
         for (entry, off) in self.entries.iter_mut().zip(&mut self.off) {
             if entry.abs() <= CANCELS * *off {
@@ -36,7 +36,7 @@ impl Row {
         self
     }
 
-    /// Without the part along a row whose entry there is 1.
+    /// Eliminates the entry at `place` with a row whose entry there is 1.
     fn minus(&self, place: usize, by: &Self) -> Self {
         let (factor, of_factor) = (self.entries[place], self.off[place]);
         if factor == 0.0 {
@@ -53,7 +53,7 @@ impl Row {
         out.clean()
     }
 
-    /// With the entry at a place 1.
+    /// Divided so that the entry at `place` becomes 1.
     fn divided(&self, place: usize) -> Self {
         let (pivot, of_pivot) = (self.entries[place], self.off[place] / self.entries[place].abs());
         let entries: Vec<f64> = self.entries.iter().map(|entry| entry / pivot).collect();
@@ -75,13 +75,13 @@ impl Row {
     }
 }
 
-/// Rows `R` of the states of `x+ = F z + w` that cost something beyond rounding, where the others cost something too, by
-/// rounding alone, and do not die out: `R` is the identity in as many states. None where no state is of this kind.
+/// Rows `R`: the states of `x+ = F z + w` that cost something beyond rounding, if the others do not decay and cost something
+/// only by rounding. `R` contains an identity in as many states. `None` if there are no such other states.
 pub(super) fn costly(dynamics: &Dense, cost: &Dense, process: &Dense) -> Option<Dense> {
     GIVEN.into_iter().find_map(|given| costly_within(given, dynamics, cost, process))
 }
 
-/// The same where numbers are rounded by so much.
+/// The same for numbers with the relative rounding `given`.
 fn costly_within(given: f64, dynamics: &Dense, cost: &Dense, process: &Dense) -> Option<Dense> {
     let n = dynamics.nrows();
     let a = dynamics.columns(0, n).into_owned();
@@ -112,7 +112,7 @@ fn costly_within(given: f64, dynamics: &Dense, cost: &Dense, process: &Dense) ->
     let rows = Dense::from_fn(reduced.len(), n, |i, j| reduced[i].1.entries[j]);
     let (f, l, w) = (matrix(dynamics), matrix(cost), matrix(process));
     let quotient = Quotient::new(&matrix(&rows))?;
-    // Where the others lead to among themselves.
+    // The dynamics of the other states among themselves.
     let others: Vec<usize> = (0..n).filter(|j| !quotient.kept().contains(j)).collect();
     let block = (&a * of_matrix(&quotient.beside())).select_rows(&others);
     let lasts = moduli(&block)?.into_iter().any(|modulus| modulus > LASTS);
@@ -122,12 +122,12 @@ fn costly_within(given: f64, dynamics: &Dense, cost: &Dense, process: &Dense) ->
     (quotient.distance(&quotient.of(&f, &l, &w), &f, &l, &w) <= NEARBY).then_some(rows)
 }
 
-/// From the form that proofs read.
+/// Converts from the matrix type that proofs use.
 pub(super) fn of_matrix(a: &Matrix) -> Dense {
     Dense::from_fn(a.rows, a.cols, |i, j| a.at(i, j))
 }
 
-/// In the form that proofs read.
+/// Converts to the matrix type that proofs use.
 pub(super) fn matrix(a: &Dense) -> Matrix {
     Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }

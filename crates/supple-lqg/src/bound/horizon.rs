@@ -1,14 +1,14 @@
-//! Linear systems with the price of what is not known: over a horizon, and where nothing changes over time.
+//! Linear systems with a cost of state uncertainty: over a horizon, and time-invariant.
 
 use supple_kernels::Matrices;
 
 use crate::Error;
 use crate::dense::{dense, semidefinite_root};
 
-/// A linear system over T decisions with the price of what is not known at each, all sensors and controllers left open.
+/// A linear system over T decisions with a cost of state uncertainty at each; sensors and controllers are left open.
 ///
-/// Whatever is measured, the optimal controller acts on the estimate, and the expected cost is
-/// `base_cost + sum_t Tr(Theta_t P_t)` with `P_t` the covariance of `x_t` once `u_t` is chosen (theory, equation L.1).
+/// Whatever is measured, the optimal controller acts on the estimate, so the expected cost is
+/// `base_cost + sum_t Tr(Theta_t P_t)`, where `P_t` is the covariance of `x_t` when `u_t` is chosen (theory, equation L.1).
 #[derive(Clone, Debug)]
 pub struct Horizon {
     /// `A_t`, n x n, T of them or one that holds at every step.
@@ -19,11 +19,11 @@ pub struct Horizon {
     pub initial: Matrices,
     /// `Theta_t`, n x n, positive semidefinite, T of them: half the value of information `Xi_t`, cost per covariance.
     pub prices: Matrices,
-    /// The expected cost with the state known exactly: the least there is.
+    /// The least possible expected cost: with the state known exactly.
     pub base_cost: f64,
 }
 
-/// The same where nothing changes over time, per step: `x+ = A x + B u + w`, with the cost `1/2 z' L z` of
+/// The time-invariant problem, per step: `x+ = A x + B u + w`, with the cost `1/2 z' L z` of
 /// `z = (x, u)`.
 #[derive(Clone, Debug)]
 pub struct Stationary {
@@ -35,15 +35,15 @@ pub struct Stationary {
     pub price: Matrices,
     /// `1/2 Tr(W S)`: the expected cost per step with the state known exactly.
     pub base_cost: f64,
-    /// States that never cost anything, by columns, n x k, as far as they are known: those that grow need no information.
+    /// States known to never cost anything, by columns, n x k: they need no information even if they grow.
     pub unpriced: Matrices,
-    /// `R`, r x n, where the numbers are those of a system whose states cost something in `R x` alone, but for rounding; no
-    /// rows where no state is left out for rounding. The bounds are then those of that system.
+    /// `R`, r x n, if the numbers are, up to rounding, those of a system in which only `R x` costs anything; no
+    /// rows if no state is left out because of rounding. The bounds then hold for that system.
     pub costly: Matrices,
 }
 
 impl Horizon {
-    /// How many decisions there are.
+    /// The number of decisions.
     pub fn steps(&self) -> usize {
         self.prices.count()
     }

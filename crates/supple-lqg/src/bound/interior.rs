@@ -1,4 +1,4 @@
-//! The search: a primal-dual interior point method that stays inside and certifies where it is.
+//! The search: a primal-dual interior-point method that stays strictly feasible and certifies its iterates.
 
 use super::certificate::gap;
 use super::local::{Local, Place, Scaling, nats, scaling, slack_change, slack_of_budget};
@@ -8,30 +8,30 @@ use super::settings::{BoundSettings, BoundStatus};
 use crate::dense::{Dense, cholesky, least_eigenvalue, log_determinant, solve_lower, symmetric};
 use supple_kernels::{halt, math};
 
-/// How far towards the boundary a step may go.
+/// The fraction of the distance to the boundary that a step may cover.
 const FRACTION_TO_BOUNDARY: f64 = 0.95;
-/// The least weight of the barriers, as a share of that at which the gap is reached.
+/// The least barrier weight, as a share of the one at which the target gap is reached.
 const LAST_BARRIER: f64 = 0.2;
 
-/// A place counts as on the central path when the residual of stationarity is at most this share of the barriers' weight.
+/// An iterate counts as central when its stationarity residual is at most this share of the barrier weight.
 const CENTRED: f64 = 0.1;
-/// Steps that may be spent on that once the gap is reached.
+/// Centring steps allowed once the gap is reached.
 const MOST_CENTRING: usize = 4;
 
-/// The weight of the barriers at places from which searches of problems nearby begin, nats.
+/// The barrier weight at iterates from which searches of nearby problems are warm-started, nats.
 const EARLY: f64 = 1e-4;
 
 /// Where the search ended.
 pub(super) struct Found {
-    /// The best certified place.
+    /// The best certified iterate.
     pub place: Place,
-    /// The same in its own coordinates.
+    /// The same iterate in its own coordinates.
     pub local: Vec<Local>,
-    /// Nats above the dual value at most; infinite where nothing is certified.
+    /// Upper bound on the nats above the dual value; infinite if nothing is certified.
     pub gap: f64,
-    /// The residual of stationarity beside the weight of the barriers: proofs need it well below 1.
+    /// The stationarity residual relative to the barrier weight: proofs need it well below 1.
     pub off_centre: f64,
-    /// A place well inside on the way, from which a search of a problem nearby can begin.
+    /// A well-centred iterate on the way, from which a search of a nearby problem can be warm-started.
     pub early: Option<Place>,
     /// Newton steps taken.
     pub iterations: usize,
@@ -41,10 +41,10 @@ pub(super) struct Found {
 
 /// A Newton step that was taken.
 struct Step {
-    /// Lengths taken for covariances and multipliers, at most 1.
+    /// Step lengths for covariances and multipliers, at most 1.
     primal: f64,
     dual: f64,
-    /// The new place in its own coordinates.
+    /// The new iterate in its own coordinates.
     local: Vec<Local>,
 }
 
@@ -53,12 +53,12 @@ struct Direction {
     covariances: Vec<Dense>,
     slacks: Vec<Dense>,
     multipliers: Vec<Dense>,
-    /// Change of what is left of the budget, as a share of it.
+    /// Change of the unused budget, as a share of it.
     budget: f64,
     price: f64,
 }
 
-/// Searches from a place that is strictly inside until the gap is at most `target` nats.
+/// Searches from a strictly feasible point until the gap is at most `target` nats.
 pub(super) fn search(chain: &Chain, mut place: Place, target: f64, settings: &BoundSettings) -> Option<Found> {
     let mut local = place.localise(chain)?;
     let mut newton = Newton::new(chain);
@@ -111,7 +111,7 @@ pub(super) fn search(chain: &Chain, mut place: Place, target: f64, settings: &Bo
     Some(best)
 }
 
-/// By how much the barrier is lowered after a step of this length that leaves a residual of `far` times its weight.
+/// The factor by which the barrier weight is lowered after a step of this length that leaves a residual of `far` times it.
 fn reduction(length: f64, far: f64) -> f64 {
     match far {
         _ if length < 0.5 => 1.0,
@@ -124,7 +124,7 @@ fn reduction(length: f64, far: f64) -> f64 {
     }
 }
 
-/// How far the multipliers are from making the covariances stationary: the root of the mean square, per coordinate in
+/// How far the covariances are from stationarity with these multipliers: root mean square over coordinates in
 /// which `p_t` is the identity.
 fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
     let (mut squares, mut count) = (0.0, 0);
@@ -142,7 +142,7 @@ fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
     (squares / count.max(1) as f64).sqrt()
 }
 
-/// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none, and once a stop
+/// One Newton step towards the minimum at this barrier weight; `None` if rounding prevents any step, and once a stop
 /// is requested.
 fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newton, barrier: f64) -> Option<Step> {
     let scaling = |(at, multiplier): (&Local, &Dense)| match halt::is_requested() {
@@ -175,7 +175,7 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
     None
 }
 
-/// Gradients by `p_t` of the information with the barriers (theory, equation L.5).
+/// Gradients with respect to `p_t` of the information with the barriers (theory, equation L.5).
 fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], (barrier, left): (f64, f64)) -> Vec<Dense> {
     let of = |t: usize| {
         let at = &local[t];
@@ -191,7 +191,7 @@ fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], (barrier, lef
     (0..local.len()).map(of).collect()
 }
 
-/// The changes of slacks and multipliers that go with those of the covariances.
+/// The changes of slacks and multipliers that follow from those of the covariances.
 fn complete(
     chain: &Chain,
     (place, local, scalings): (&Place, &[Local], &[Scaling]),
@@ -210,7 +210,7 @@ fn complete(
     Direction { multipliers: multipliers.collect(), covariances, slacks, budget, price }
 }
 
-/// The longest steps, at most 1, that stay inside.
+/// The longest steps, at most 1, that stay strictly feasible.
 fn longest_steps(scalings: &[Scaling], direction: &Direction, (left, price): (f64, f64)) -> (f64, f64) {
     let (mut primal, mut dual) = (-direction.budget / left, -direction.price / price);
     for (t, s) in scalings.iter().enumerate() {
@@ -226,7 +226,7 @@ fn longest_steps(scalings: &[Scaling], direction: &Direction, (left, price): (f6
     (length(primal), length(dual))
 }
 
-/// By how much a step lowers the least eigenvalue of the identity; 0 where a whole step stays inside.
+/// How much a step lowers the least eigenvalue of the identity; 0 if the full step stays feasible.
 fn decrease(step: Dense) -> f64 {
     let n = step.nrows();
     let inside = cholesky(&(Dense::identity(n, n) * FRACTION_TO_BOUNDARY + &step)).is_some();
@@ -237,7 +237,7 @@ fn slope(gradients: &[Dense], covariances: &[Dense]) -> f64 {
     gradients.iter().zip(covariances).map(|(g, d)| g.dot(d)).sum()
 }
 
-/// The information with the barriers on slacks, covariances and budget: what a step must lower (theory, equation L.5).
+/// The merit function: information plus barriers on slacks, covariances and budget (theory, equation L.5).
 fn merit(place: &Place, local: &[Local], barrier: f64) -> Option<f64> {
     let left = slack_of_budget(local);
     // Slacks are in coordinates where p_t is the identity: log |Z_t| = log |local slack| + log |p_t|.
@@ -247,7 +247,7 @@ fn merit(place: &Place, local: &[Local], barrier: f64) -> Option<f64> {
     (left > 0.0 && sum.is_finite()).then_some(sum)
 }
 
-/// Takes a step; false where it leaves the inside.
+/// Takes a step; returns false if it leaves the feasible set.
 fn advance(place: &mut Place, direction: &Direction, primal: f64, dual: f64) -> bool {
     for t in 0..place.factors.len() {
         let n = place.factors[t].nrows();

@@ -5,7 +5,7 @@ use supple_kernels::halt;
 use super::reduce::Chain;
 use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, log_determinant, solve_lower, symmetric};
 
-/// Where the search is: covariances and multipliers.
+/// An iterate of the search: covariances and multipliers.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     /// Lower factors of `p_t = g_t g_t'`.
@@ -36,7 +36,7 @@ pub(super) struct Local {
 }
 
 impl Place {
-    /// In coordinates where `p_t` is the identity; `None` where the place is not strictly inside, and once a stop is
+    /// In coordinates in which `p_t` is the identity; `None` if the point is not strictly feasible, and once a stop is
     /// requested.
     pub fn localise(&self, chain: &Chain) -> Option<Vec<Local>> {
         let mut out: Vec<Local> = Vec::with_capacity(chain.stages.len());
@@ -78,7 +78,7 @@ impl Place {
     }
 }
 
-/// What is left of the budget, as a share of it.
+/// The unused part of the budget, as a share of it.
 pub(super) fn slack_of_budget(local: &[Local]) -> f64 {
     1.0 - local.iter().map(|l| l.price.trace()).sum::<f64>()
 }
@@ -122,7 +122,7 @@ pub(super) fn scaling(factor: &Dense, multiplier: &Dense) -> Option<Scaling> {
     Some(Scaling { inverse_root, root, values, metric, slack_inverse })
 }
 
-/// `a d a'` minus `d_next`: how a slack changes.
+/// `a d a'` minus `d_next`: the change of a slack.
 pub(super) fn slack_change(chain: &Chain, local: &[Local], steps: &[Dense], t: usize) -> Dense {
     let before = if chain.wraps { Some(0) } else { t.checked_sub(1) };
     let carried = before.map(|s| congruence(&local[s].dynamics, &steps[s]));

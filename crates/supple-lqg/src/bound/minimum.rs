@@ -20,40 +20,40 @@ use super::witness::Witness;
 use crate::Error;
 use crate::dense::{Dense, congruence, dense, store};
 
-/// The share of the least cost by which the cost asked for must be above it: what rounding leaves of the budget.
+/// The least margin of the requested cost above the least cost, as a share of the latter: below it the budget is rounding.
 pub(super) const LEAST_MARGIN: f64 = 1e-12;
 
-/// The gap from which a lower bound is proved where none is from that asked for, in units of it.
+/// The gap, in units of the requested one, at which to prove a lower bound if the requested gap yields none.
 const WIDER: f64 = 1000.0;
 
-/// The share of the minimum that such a bound must come to, to be of use.
+/// The share of the minimum that such a bound must reach to be useful.
 const OF_USE: f64 = 0.5;
 
-/// The share of the gap asked for at which the search ends: the proof needs the rest.
+/// The share of the requested gap at which the search ends: the rest is reserved for the proof.
 pub(super) const SHARE: f64 = 0.5;
 
-/// The share of the minimum that the gap should be at most, and the least gap that is worth a search, nats per decision.
+/// The largest gap as a share of the minimum, and the least gap worth a further search, nats per decision.
 const FINE: f64 = 1e-3;
 const FINEST: f64 = 1e-14;
 
-/// Why a bound is not proved that comes to 0.
+/// Why a bound of 0 counts as not proved.
 pub(super) const LOST: &str = "it is lost to rounding";
 
-/// Whether the gap asked for is more than a small share of a minimum of so many nats per decision.
+/// Whether the requested gap is more than a small share of a minimum of so many nats per decision.
 pub(super) fn is_coarse(nats: f64, settings: &BoundSettings) -> bool {
     settings.gap > FINE * nats && settings.gap > FINEST
 }
 
-/// The same with a gap that is a small share of it.
+/// The same settings with a gap that is a small share of the minimum.
 pub(super) fn finer(nats: f64, settings: &BoundSettings) -> BoundSettings {
     BoundSettings { gap: settings.gap.min((0.1 * FINE * nats).max(FINEST)), ..*settings }
 }
 
-/// The least directed information from state to control that any sensors and any controller need over `horizon` to
-/// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
+/// The minimum directed information from state to control that any sensors and any controller need over `horizon` to
+/// keep the expected cost at `cost` (theory, equation L.2), with a proved lower bound that accounts for rounding.
 ///
-/// The gap asked for is that of `settings`, per decision; where it is not reached, the status says so and both bounds
-/// hold.
+/// The requested gap is that of `settings`, per decision; if it is not reached, the status reports this and both bounds
+/// still hold.
 ///
 /// # Errors
 /// Where arrays do not fit or are not finite, covariances or prices are not positive semidefinite, `cost` is not above
@@ -66,11 +66,11 @@ pub fn minimum_information(
     minimum_information_within(horizon, &Spread::default(), cost, settings)
 }
 
-/// As [`minimum_information`], of a horizon whose least cost and prices may be off by so much: the bound holds for all
-/// that they may be.
+/// Like [`minimum_information`], for a horizon whose least cost and prices have the error `spread`: the bound holds for all
+/// values within it.
 ///
 /// # Errors
-/// As of that.
+/// Same as for that function.
 pub fn minimum_information_within(
     horizon: &Horizon,
     spread: &Spread,
@@ -79,7 +79,7 @@ pub fn minimum_information_within(
 ) -> Result<MinimumInformation, Error> {
     horizon.check()?;
     horizon.check_covariances()?;
-    // Without noise, nothing need be known for the least cost itself.
+    // Without noise the least cost itself can be kept without information.
     if let Some(open) = open_loop(horizon, cost).filter(|_| cost.is_finite()) {
         return Ok(open);
     }
@@ -95,7 +95,7 @@ pub fn minimum_information_within(
         best = best.beside(again);
     }
     if best.lower_nats <= OF_USE * best.nats {
-        // Farther from the boundary, where rounding is less beside what the proof has to see.
+        // Stay farther from the boundary, where rounding is smaller relative to the margins that the proof needs.
         let again = of(&BoundSettings { gap: WIDER * settings.gap, ..*settings });
         if let Ok(MinimumInformation { lower_nats, proof: proof @ Proof::Proved { .. }, .. }) = again
             && lower_nats > best.lower_nats.max(OF_USE * best.nats)
@@ -113,7 +113,7 @@ pub fn minimum_information_within(
     Ok(best)
 }
 
-/// Where the search ends, in reduced coordinates, and what the covariances may cost.
+/// The final iterate of the search, in reduced coordinates, and the budget of the covariances.
 pub(super) fn place(
     horizon: &Horizon,
     cost: f64,
@@ -139,7 +139,7 @@ pub(super) fn place(
     Ok((chain, certified(found, ADVICE)?, budget))
 }
 
-/// What the covariances may cost.
+/// The budget: the highest cost that the covariances may incur.
 pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
     if !cost.is_finite() {
         let what = format!("the requested expected cost, {cost}, is not finite");
@@ -158,18 +158,18 @@ pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
     Ok(budget)
 }
 
-/// What may help over a horizon.
+/// Advice for problems over a horizon.
 const ADVICE: &str = "scale the states to similar sizes, shorten the horizon, or ask for a cost that is neither close to the \
                       least one nor far beyond that of the design";
 
-/// A place with a certificate, or why there is none.
+/// A certified iterate, or why there is none.
 pub(super) fn certified(found: Option<Found>, advice: &'static str) -> Result<Found, Error> {
     found
         .filter(|found| found.gap.is_finite())
         .ok_or_else(|| Error::NoBound { what: "rounding is larger than the gap that can be certified".into(), advice })
 }
 
-/// The covariances of no information at all, where these keep the cost.
+/// The solution without any information, if it keeps the cost limit.
 pub(super) fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
     let (steps, n) = (horizon.prices.count(), horizon.prices.rows());
     let mut predicted = Matrices::zeros(steps, n, n);
@@ -177,7 +177,7 @@ pub(super) fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformati
     for t in 0..steps {
         store(&mut predicted, t, &covariance);
         let price = dense(&horizon.prices, t);
-        // What grows without a price may have overflown.
+        // What grows without a price may have overflowed.
         if price.iter().any(|v| *v != 0.0) {
             total += price.dot(&covariance);
         }
@@ -202,7 +202,7 @@ pub(super) fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformati
     })
 }
 
-/// `A_t P_t A_t' + W_t` and `P_t` where the search ended, in the coordinates of the horizon.
+/// `A_t P_t A_t' + W_t` and `P_t` of the final iterate, in the coordinates of the horizon.
 pub(super) fn covariances(horizon: &Horizon, chain: &Chain, found: &Found) -> (Matrices, Matrices) {
     let (steps, n) = (chain.stages.len(), horizon.prices.rows());
     let (mut predicted, mut posterior) = (Matrices::zeros(steps, n, n), Matrices::zeros(steps, n, n));
@@ -214,7 +214,7 @@ pub(super) fn covariances(horizon: &Horizon, chain: &Chain, found: &Found) -> (M
     (predicted, posterior)
 }
 
-/// What was found, in the coordinates of the horizon.
+/// The result, in the coordinates of the horizon.
 fn solution(
     (horizon, spread): (&Horizon, &Spread),
     chain: &Chain,

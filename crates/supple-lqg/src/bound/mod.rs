@@ -4,8 +4,8 @@
 //! ```text
 //! horizon -> reduce -> local -> certificate, newton -> interior    coordinates, and the search in them
 //! verify -> regulator; settle                                      the optimal regulator and filters in a steady state
-//! verify -> witness -> proof, sensor, sensitivity -> solution      what is made of the place that a search found
-//! minimum, stationary, needed                                      the questions, on top of all of these
+//! verify -> witness -> proof, sensor, sensitivity -> solution      sensors and proofs from the iterate that a search found
+//! minimum, stationary, needed                                      the entry points, on top of all of these
 //! ```
 
 mod along;

@@ -1,22 +1,22 @@
-//! Where a search begins that follows one of a problem nearby.
+//! Warm start of a search from a nearby problem.
 
 use super::interior::Found;
 use super::local::{Place, slack_of_budget};
 use super::reduce::Chain;
 use crate::dense::{Dense, cholesky, congruence, inverse_lower, symmetric};
 
-/// A place on the way to the minimum of one problem, from which the search of another one nearby can begin.
+/// An iterate of the search for one minimum, from which the search of a nearby problem can be warm-started.
 #[derive(Clone, Debug)]
 pub struct Nearby {
     /// Covariances and multipliers of each decision in the states' coordinates, n x n.
     decisions: Vec<(Dense, Dense)>,
     /// Nats per unit of cost.
     price: f64,
-    /// Weight of the barriers there.
+    /// The barrier weight at this iterate.
     barrier: f64,
 }
 
-/// Shares of the covariances that are tried, where they leave a problem nearby.
+/// Shares of the covariances to try if the iterate is infeasible for the nearby problem.
 const SHARES: [f64; 4] = [1.0, 0.99, 0.9, 0.7];
 
 impl Nearby {
@@ -33,7 +33,7 @@ impl Nearby {
         Some(Self { decisions, price: early.price / budget, barrier: early.barrier })
     }
 
-    /// The same in the coordinates of another problem; none where it is not strictly inside.
+    /// The same iterate in the coordinates of another problem; `None` if it is not strictly feasible there.
     pub(super) fn place(&self, chain: &Chain, budget: f64) -> Option<Place> {
         if self.decisions.len() != chain.stages.len() {
             return None;

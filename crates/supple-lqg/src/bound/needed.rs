@@ -1,4 +1,4 @@
-//! The least information as searches need it: its value and how it changes, without a proof and without sensors.
+//! The minimum information for use in design searches: value and sensitivity, without a proof and without sensors.
 
 use super::horizon::Horizon;
 use super::local::nats;
@@ -9,25 +9,25 @@ use super::settings::BoundSettings;
 use super::size::Size;
 use crate::Error;
 
-/// How precisely searches need it: rounding leaves no more of some horizons.
+/// The precision that searches need: for some horizons rounding allows no better.
 const SETTINGS: BoundSettings = BoundSettings { gap: 1e-8, max_iterations: 60 };
 
-/// The least information over a horizon at an expected cost, as far as searches need it.
+/// The minimum information over a horizon at an expected cost, as precisely as searches need it.
 #[derive(Clone, Debug, Default)]
 pub struct Needed {
     /// Nats over the whole horizon.
     pub nats: f64,
-    /// What it is certainly not below, but for rounding: the value of the dual.
+    /// A lower bound up to rounding: the dual value.
     pub lower_nats: f64,
-    /// How it changes; none where nothing need be known.
+    /// Its sensitivity; `None` if no information is needed.
     pub sensitivity: Option<Sensitivity>,
 }
 
 impl Needed {
-    /// As [`Needed::of`]; none where that would take longer than evaluations should.
+    /// Like [`Needed::of`]; `None` if that would take longer than an evaluation should.
     ///
     /// # Errors
-    /// As that.
+    /// Same as for that function.
     pub fn soon(horizon: &Horizon, cost: f64, nearby: &mut Option<Nearby>) -> Result<Option<Self>, Error> {
         if Size::of(horizon).is_long() {
             return Ok(open_loop(horizon, cost).map(|_| Self::default()));
@@ -35,7 +35,7 @@ impl Needed {
         Self::of(horizon, cost, nearby).map(Some)
     }
 
-    /// At an expected cost, from a place nearby where there is one, in whose stead another is left.
+    /// At an expected cost; warm-started from `nearby` if that is set, and replaces it with a new iterate.
     ///
     /// # Errors
     /// As [`minimum_information`](super::minimum_information).

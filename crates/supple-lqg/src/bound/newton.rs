@@ -1,4 +1,4 @@
-//! The Newton system of the search: block tridiagonal in time, and of rank one more for the budget.
+//! The Newton system of the search: block tridiagonal in time, plus a rank-one term for the budget.
 
 use supple_kernels::rows::dot;
 use supple_kernels::{Band, RIGHT_SIDES, halt};
@@ -25,7 +25,7 @@ fn pack(a: &Dense, out: &mut [f64]) {
     }
 }
 
-/// The matrix that [`pack`] packed.
+/// Inverse of [`pack`].
 fn unpack(v: &[f64], n: usize) -> Dense {
     let mut out = Dense::zeros(n, n);
     let mut k = 0;
@@ -41,8 +41,8 @@ fn unpack(v: &[f64], n: usize) -> Dense {
     out
 }
 
-/// Adds `factor` times row `(i, j)` of the symmetric Kronecker product of `u` (theory, equation L.8), from the packed
-/// row `from` of columns on: the row that takes `d` to entry `(i, j)` of `u d u'`. `u` is given by its rows.
+/// Adds `factor` times row `(i, j)` of the symmetric Kronecker product of `u` (theory, equation L.8) to the packed row,
+/// starting at column `from`: the row that maps `d` to entry `(i, j)` of `u d u'`. `u` is given by its rows.
 #[inline(always)]
 fn add_kronecker_row(out: &mut [f64], factor: f64, (left, right): (&[f64], &[f64]), from: usize) {
     let mut start = packed(from);
@@ -76,7 +76,7 @@ impl Newton {
     /// term, and the change of the cost, as a share of the budget.
     ///
     /// # Errors
-    /// The decision at which the system is not positive definite to rounding, or which was next when a stop was requested.
+    /// The decision at which the system is not numerically positive definite, or the next one when a stop was requested.
     pub fn solve(
         &mut self,
         chain: &Chain,

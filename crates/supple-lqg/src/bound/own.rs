@@ -1,4 +1,4 @@
-//! What given sensors and the optimal controller use in a steady state.
+//! The information that given sensors and the optimal controller use in steady state.
 
 use nalgebra::{Cholesky, Dyn};
 use supple_kernels::{Matrices, halt, math};
@@ -14,30 +14,30 @@ use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::riccati::Policy;
 
-/// Steps of the filter at most until it counts as without a steady state.
+/// Maximum number of filter steps; after that the filter counts as having no steady state.
 const MOST_STEPS: usize = 100_000;
 
-/// The eigenvalues of a filter that doubling led to are at most so far outside of the unit circle.
+/// The tolerance by which eigenvalues of a filter found by doubling may lie outside the unit circle.
 const STABLE: f64 = 1e-9;
 
 /// The filter is steady when a step changes the covariance by less than this, relatively.
 const STEADY: f64 = 1e-14;
 
-/// Steps over which the information of the controls is looked at for a steady value: at first, and at most.
+/// Steps over which the information in the controls is checked for a steady value: the first number, and the maximum.
 const CONTROL_STEPS: [usize; 2] = [256, 16_384];
 
-/// The design's own sensors and controller in the steady state.
+/// The design's own sensors and controller in steady state.
 #[derive(Clone, Copy, Debug)]
 pub struct OwnRates {
-    /// `Tr(Theta Sigma)`: what not knowing costs per step.
+    /// `Tr(Theta Sigma)`: the cost of state uncertainty per step.
     pub price: f64,
     /// `DI(x -> y)`, `1/2 log |C P C' + V| / |V|`, nats per step.
     pub measurement_nats: f64,
-    /// `DI(x -> u)`, nats per step; none where it does not settle.
+    /// `DI(x -> u)`, nats per step; `None` if it does not settle.
     pub control_nats: Option<f64>,
 }
 
-/// What the design's own sensors give and save in the steady state; none where their filter has none.
+/// The information of the design's own sensors and controller in steady state; `None` if their filter has none.
 ///
 /// # Errors
 /// Where `V` is not positive definite.
@@ -46,7 +46,7 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
     let (c, v) = (dense(&knots.measurement, 0), dense(&noise.measurement, 0));
     let indefinite = Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
     let of_noise = v.clone().cholesky().ok_or(indefinite)?;
-    // Not from X_0: what is known at first and never driven may still grow.
+    // Does not start from X_0: initial knowledge of an undriven state may still be lost as the state grows.
     let mut predicted = dense(&noise.initial, 0);
     let mean = (predicted.trace() + w.trace()) / a.nrows() as f64;
     for i in 0..a.nrows() {
@@ -55,7 +55,7 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
     let filter = Filter { a: &a, w: &w, c: &c, v: &v };
     let steady = match filter.settle(predicted.clone())? {
         None => {
-            // Modes that are close to the unit circle take their time.
+            // Modes close to the unit circle converge slowly.
             let precision = symmetric(c.transpose() * of_noise.solve(&c));
             let far = settled(&a, &precision, &w, &predicted);
             let found = far.map_or(Ok(None), |far| filter.settle(far))?;
@@ -75,7 +75,7 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
     }))
 }
 
-/// A filter of a system that does not change.
+/// A Kalman filter of a time-invariant system.
 struct Filter<'a> {
     a: &'a Dense,
     w: &'a Dense,
@@ -83,11 +83,11 @@ struct Filter<'a> {
     v: &'a Dense,
 }
 
-/// A step of it.
+/// A step of the filter.
 struct Step {
-    /// The covariance that is predicted next.
+    /// The next predicted covariance.
     next: Dense,
-    /// The covariance once measured.
+    /// The covariance after the measurement.
     corrected: Dense,
     gain: Dense,
     /// The factor of the innovation's covariance.
@@ -95,7 +95,7 @@ struct Step {
 }
 
 impl Filter<'_> {
-    /// The step at which it settles from a predicted covariance; none where it does not within [`MOST_STEPS`].
+    /// The step at which the filter settles, starting from a predicted covariance; `None` if not within [`MOST_STEPS`].
     fn settle(&self, mut predicted: Dense) -> Result<Option<Step>, Error> {
         for _ in 0..MOST_STEPS {
             if halt::is_requested() {
@@ -125,7 +125,7 @@ impl Filter<'_> {
     }
 }
 
-/// `DI(x -> u)` per step: that of ever longer horizons with the steady filter and regulator, at their end, until it settles.
+/// `DI(x -> u)` per step: from the end of ever longer horizons with the steady filter and regulator, until it settles.
 fn control_nats(
     problem: &Stationary,
     (knots, given): (&Knots, &Noise),

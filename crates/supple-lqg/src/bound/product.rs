@@ -1,5 +1,5 @@
-//! Singular values of long products of matrices, by their logarithms: neither the largest may overflow nor the others
-//! drown in its rounding.
+//! Singular values of long products of matrices, as logarithms, so that the largest do not overflow and the others are not
+//! lost in their rounding.
 
 use nalgebra::{DMatrix, DVector};
 use supple_kernels::math;
@@ -15,7 +15,7 @@ struct Product {
     rows: Vec<DVector<f64>>,
 }
 
-/// Sweeps of rotations at most; each squares what is left, so that ten are more than are ever needed.
+/// Maximum number of sweeps; they converge quadratically, so ten are more than enough.
 const SWEEPS: usize = 60;
 
 /// Natural logarithms of the singular values of `A_{T-1} ... A_0`, those that are not 0, in no order.
@@ -48,7 +48,7 @@ impl Product {
             let (column, scale, mut row) = left.swap_remove(greatest);
             let norm = column.norm();
             if norm == 0.0 {
-                // What is left is mapped to 0.
+                // The remaining columns are mapped to 0.
                 break;
             }
             let direction = column / norm;
@@ -72,7 +72,7 @@ impl Product {
         next
     }
 
-    /// Those of `D U`, by rotations of its rows until they are orthogonal.
+    /// The logarithms of the singular values of `D U`, by rotations of its rows until they are orthogonal.
     fn log_singular_values(mut self) -> Vec<f64> {
         for _ in 0..SWEEPS {
             let mut rotated = false;
@@ -88,7 +88,7 @@ impl Product {
         self.rows.iter().zip(&self.scales).map(|(row, scale)| math::ln(row.norm()) + scale).collect()
     }
 
-    /// Makes two rows of `D U` orthogonal; whether they were not.
+    /// Makes two rows of `D U` orthogonal; returns whether a rotation was necessary.
     fn rotate(&mut self, i: usize, j: usize) -> bool {
         let (i, j) = if self.scales[i] >= self.scales[j] { (i, j) } else { (j, i) };
         let (great, small) = (self.rows[i].clone(), self.rows[j].clone());

@@ -1,4 +1,4 @@
-//! What the proofs read of a search: the problem as given, and a point of the dual.
+//! Input of the proofs from a search: the problem as given, and a dual point.
 
 use std::f64::consts::LN_2;
 
@@ -18,15 +18,15 @@ use crate::dense::{Dense, dense};
 /// Whether a lower bound is proved.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Proof {
-    /// It is, by intervals, for numbers that differ from those given by at most this, relatively: 0 where no coordinate
-    /// is left out, and rounding otherwise.
+    /// Proved by interval arithmetic, for numbers that differ from those given by at most `distance`, relatively: 0 if no
+    /// coordinate is left out, otherwise of the order of rounding.
     Proved {
-        /// How far.
+        /// The relative distance.
         distance: f64,
     },
-    /// It is not; the lower bound is 0.
+    /// Not proved; the lower bound is 0.
     NotProved {
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
@@ -37,20 +37,20 @@ pub(super) struct Lower {
     pub proof: Proof,
 }
 
-/// Margins that a dual point is given against rounding, nats: the first that proves a bound, or the next where it
-/// proves more.
+/// Margins against rounding to add to a dual point, nats: stops at the first that proves a bound, or at the next
+/// one, if that proves more.
 const MARGINS: [f64; 6] = [0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7];
 
-/// How far rates that should agree are apart by rounding, relatively and in nats.
+/// The difference by rounding between rates that should agree, relatively and in nats.
 const CONSISTENT: f64 = 1e-11;
 
-/// Points of the dual that prove so much of what was found need no other beside them.
+/// If a dual point proves this share of the search result, no second one is tried.
 const ENOUGH: f64 = 1.0 - 1e-5;
 
-/// States that are left out as costing nothing may be coupled to others by so much, relatively.
+/// The largest relative coupling to other states of the states left out because they cost nothing.
 const LEFT_OUT: f64 = 1e-9;
 
-/// Points of the dual to prove a bound of so many nats with, one after the other while none is good enough.
+/// Dual points with which to prove a bound near this many nats, tried in turn until one is good enough.
 pub(super) struct Attempt<'a> {
     pub nats: f64,
     pub witnesses: [&'a dyn Fn() -> Witness; 2],
@@ -98,7 +98,7 @@ impl Lower {
         best
     }
 
-    /// Over a horizon that may be off by so much.
+    /// Over a horizon with the error `spread`.
     pub fn of_horizon((horizon, spread): (&Horizon, &Spread), cost: f64, attempt: &Attempt) -> Self {
         let [below, above] = spread.least;
         let least = Interval::point(horizon.base_cost) + Interval { low: -below, high: above };
@@ -110,9 +110,9 @@ impl Lower {
         Self::of_any(&Given { stages, initial: Some(of(&horizon.initial, 0)), budget }, attempt)
     }
 
-    /// The same beside what sensors achieve at the cost asked for, and the least that is known to suffice, nats, where the
-    /// search found `nats`: what sensors achieve is an upper bound too, without what the barriers leave in every direction.
-    /// Less than what is proved cannot be; then one of the two is wrong, and neither is taken.
+    /// The same compared with what sensors achieve at the requested cost; also returns the upper bound, nats, where the
+    /// search found `nats`. What sensors achieve is an upper bound too, without the excess due to the barriers.
+    /// It cannot be below the proved bound: if it is, one of the two is wrong, and neither is used.
     pub fn beside(self, kept: Option<Achieved>, nats: f64) -> (Self, f64) {
         let achieved = kept.map_or(nats, |achieved| achieved.nats);
         if kept.is_some() && achieved < self.nats * (1.0 - CONSISTENT) - CONSISTENT {
@@ -127,7 +127,7 @@ impl Lower {
         (self, least)
     }
 
-    /// Per step, where nothing changes over time.
+    /// Per step, in the time-invariant case.
     pub fn of_stationary(system: &Stationary, cost: f64, attempt: &Attempt) -> Self {
         // The least cost is rounded to the nearest number.
         let least = Interval { low: system.base_cost.next_down(), high: system.base_cost.next_up() };
@@ -136,8 +136,8 @@ impl Lower {
     }
 }
 
-/// How far, relatively, the cost given is from one for which the regulator of a system that does not change is exact;
-/// why it is none of it otherwise.
+/// The relative distance of the given cost from one for which the time-invariant regulator is exact; otherwise
+/// the reason why there is no such distance.
 pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
     let (dynamics, cost, price) = (matrix(&dense(dynamics, 0)), matrix(&dense(cost, 0)), of(&system.price, 0));
     let Some(quotient) = system.quotient() else {
@@ -153,7 +153,7 @@ pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matri
     Ok(steady_law_distance(&fewer.dynamics, &fewer.cost, &price, &halt::is_requested)?.max(left_out))
 }
 
-/// What sensors achieve, computed by their filter on the problem as given.
+/// What sensors achieve, computed by their Kalman filter on the problem as given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Achieved {
     /// Directed information, nats: over all decisions, or per step where nothing changes over time.
@@ -179,7 +179,7 @@ impl Achieved {
         Some((Self { nats, cost: system.base_cost + price }, predicted))
     }
 
-    /// Whether it keeps a cost, but for rounding.
+    /// Whether the sensors keep the cost limit, up to rounding.
     pub(super) fn keeps(&self, cost: f64, base: f64) -> bool {
         self.cost - base <= (cost - base) * (1.0 + 1e-9) + 1e-14 * base.abs()
     }
@@ -196,7 +196,7 @@ fn sensor(one: &VirtualSensor) -> Sensor {
 
 fn stages(horizon: &Horizon) -> Vec<Stage> {
     let last = horizon.steps().saturating_sub(1);
-    // What follows the last decision does not count.
+    // What follows the last decision is irrelevant.
     let at = |of_all: &Matrices, t: usize| of(of_all, if t < last { t } else { 0 });
     let stage = |t: usize| Stage {
         dynamics: at(&horizon.dynamics, t),
@@ -212,7 +212,7 @@ fn stage(system: &Stationary) -> Stage {
     Stage { dynamics, process, price, radius: None }
 }
 
-/// Symmetric matrices are read as the mean with their transposes elsewhere; here as they are.
+/// Elsewhere symmetric matrices are averaged with their transposes; here they are read as they are.
 fn of(matrices: &Matrices, t: usize) -> Matrix {
     Matrix::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(t, i, j))
 }

@@ -1,4 +1,4 @@
-//! A horizon in coordinates of what can be uncertain at each step, scaled by covariances of the problem itself.
+//! A horizon in coordinates of the uncertain directions at each step, scaled by covariances of the problem itself.
 
 use super::horizon::Horizon;
 use crate::Error;
@@ -20,28 +20,28 @@ pub(super) struct Stage {
     pub basis: Dense,
     /// `n_t x n`: these coordinates of a state, `reader basis = I`.
     pub reader: Dense,
-    /// States that no price ever sees and that were left out, `n x k`: `reader unseen = 0`.
+    /// States unobservable through the price that were left out, `n x k`: `reader unseen = 0`.
     pub unseen: Dense,
 }
 
-/// A chain of decisions, or one that follows itself.
+/// A chain of decisions, or a single one that is its own successor.
 #[derive(Clone, Debug)]
 pub(super) struct Chain {
     /// The decisions.
     pub stages: Vec<Stage>,
-    /// Whether the only decision follows itself: the stationary problem.
+    /// Whether the only decision is its own successor: the stationary problem.
     pub wraps: bool,
 }
 
 impl Stage {
-    /// One that leaves nothing out but what is known.
+    /// A stage that leaves out only what is known.
     fn seen(dynamics: Dense, process: Dense, price: Dense, basis: Dense) -> Self {
         let (reader, unseen) = (left_inverse(&basis), Dense::zeros(basis.nrows(), 0));
         Self { dynamics, process, price, basis, reader, unseen }
     }
 }
 
-/// The left inverse of columns that is 0 across them once every row has the length 1.
+/// The left inverse of these columns that, with every row scaled to length 1, vanishes on their orthogonal complement.
 fn left_inverse(columns: &Dense) -> Dense {
     let norms: Vec<f64> = columns.row_iter().map(|row| row.norm()).collect();
     let by = |i: usize| if norms[i] > 0.0 { 1.0 / norms[i] } else { 0.0 };
@@ -101,18 +101,18 @@ impl Chain {
     }
 }
 
-/// The lower factor `l` of `I + E' J E`: how much smaller the reference covariance `E E'`, which scales coordinates, is
-/// once it has been measured with the precision `J`, so that `E l'^-1` is a root of it (theory, below equation L.4).
+/// The lower factor `l` of `I + E' J E`: how much the reference covariance `E E'`, which scales coordinates, shrinks
+/// when it is measured with the precision `J`; then `E l'^-1` is a square root of the result (theory, below equation L.4).
 ///
-/// `J` measures what costs, well enough for about its share of the budget at every decision: what noise drives and what
-/// grows keep the size that they have at a cost near that asked for, each at its own pace.
+/// `J` measures what costs, precisely enough for about its share of the budget at every decision: what noise drives and
+/// what grows keep the size that they have near the requested cost, each at its own rate.
 pub(super) fn measured_root(basis: &Dense, price: &Dense, steps: usize) -> Option<Dense> {
     let (n, order) = (basis.nrows(), basis.ncols());
     let share = (steps * n) as f64;
     cholesky(&symmetric(Dense::identity(order, order) + price * share))
 }
 
-/// The range of `[A E, W^(1/2)]`: a basis scaled by the covariance `A E (l l')^-1 E' A' + W`, and `A` and `W` in it.
+/// The range of `[A E, W^(1/2)]`: a basis scaled by the covariance `A E (l l')^-1 E' A' + W`, and `A` and `W` in that basis.
 pub(super) fn reach(a: &Dense, basis: &Dense, process_root: &Dense, measured: &Dense) -> (Dense, Dense, Dense) {
     let (n, carried, driven) = (a.nrows(), basis.ncols(), process_root.ncols());
     let mut sources = Dense::zeros(n, carried + driven);

@@ -14,7 +14,7 @@ const DOUBLINGS: usize = 60;
 const RESTARTS: usize = 30;
 const MOSTLY: f64 = 1e-3;
 
-/// Where `P <- A (P^-1 + G)^-1 A' + W` leads to from a covariance `start`; none where it leads nowhere.
+/// Where `P <- A (P^-1 + G)^-1 A' + W` leads to from a covariance `start`; `None` if it leads nowhere.
 ///
 /// Some steps, and from there on their number is doubled, for what is left beside the covariance that they led to: in the
 /// closed loop of a filter that knows that they are uncertain, modes that grow without noise do not grow.

@@ -37,7 +37,7 @@ pub struct MinimumInformation {
     pub(super) worth: Worth,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
-    /// What the sensors achieve; none where their filter does not settle.
+    /// What the sensors achieve; `None` if their filter does not settle.
     pub achieved: Option<Achieved>,
 }
 
@@ -66,7 +66,7 @@ pub struct StationaryMinimum {
     pub(super) worth: Worth,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
-    /// What the sensors achieve; none where their filter does not settle.
+    /// What the sensors achieve; `None` if their filter does not settle.
     pub achieved: Option<Achieved>,
 }
 

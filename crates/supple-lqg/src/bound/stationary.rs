@@ -229,7 +229,7 @@ impl Stationary {
         Some((fewer, rows, quotient.kept().to_vec()))
     }
 
-    /// The expected cost per step where nothing is measured; none where it is infinite.
+    /// The expected cost per step where nothing is measured; `None` if it is infinite.
     ///
     /// # Errors
     /// Where the states that cost something cannot be told from the others.

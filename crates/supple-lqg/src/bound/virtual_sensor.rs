@@ -24,7 +24,7 @@ impl VirtualSensor {
         Self { rank: 0, measurement: Matrices::zeros(1, 0, n), variances: Vec::new(), gain: Matrices::zeros(1, n, 0) }
     }
 
-    /// The Kalman gain from the covariance before the measurement; none where the innovation's is not positive definite.
+    /// The Kalman gain from the covariance before the measurement; `None` if the innovation's is not positive definite.
     pub(super) fn gain_from(&self, predicted: &Dense) -> Option<Matrices> {
         let c = dense(&self.measurement, 0);
         let noise = Dense::from_diagonal(&nalgebra::DVector::from_column_slice(&self.variances));

@@ -169,7 +169,7 @@ struct Reflection {
 }
 
 impl Reflection {
-    /// Makes the normal of a vector; none where it is 0.
+    /// Makes the normal of a vector; `None` if it is 0.
     #[inline(always)]
     fn to_first(vector: &mut [f64]) -> Option<Self> {
         let size = dot(vector, vector).sqrt();

@@ -21,7 +21,7 @@ pub struct Rooted<'a> {
 }
 
 impl<'a> Rooted<'a> {
-    /// The coordinates of the last sweep that led to `policy`, over `dynamics`, without limits or regularisation. None where
+    /// The coordinates of the last sweep that led to `policy`, over `dynamics`, without limits or regularisation. `None` if
     /// the policy does not [keep its roots](Policy::keep_roots).
     #[must_use]
     pub fn of(dynamics: &'a Matrices, policy: &'a Policy) -> Option<Self> {

@@ -6,7 +6,7 @@ use super::{NormFile, NormKind};
 use crate::Value;
 use crate::parameters::Parameters;
 
-/// `sqrt(r^2 + s^2) - s`: about `|r|` beyond `s`
+/// `sqrt(r^2 + s^2) - s`: approximately `|r|` for `|r|` well above `s`
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -23,7 +23,7 @@ impl NormKind for Absolute {
         r.mul_add(r, s * s).sqrt() - s
     }
 
-    /// `s^2 / (r^2 + s^2)^(3/2)`, which unlike differences of large numbers is never negative.
+    /// `s^2 / (r^2 + s^2)^(3/2)`: written this way it cannot become negative, unlike a difference of large numbers.
     fn curvature(&self, r: Node, phi: &[Node]) -> Node {
         let s: Node = self.smoothing.resolve(phi);
         let inverse = r.mul_add(r, s * s).sqrt().recip();

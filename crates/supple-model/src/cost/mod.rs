@@ -89,8 +89,8 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// The squared distance of a quantity from 0, with one weight for all of its entries, at the end too where it does
-    /// not depend on the control.
+    /// The squared distance of a quantity from 0, with one weight for all of its entries. The final cost has the same
+    /// weight, unless the quantity depends on the control.
     pub fn new(quantity: impl Into<Quantity>, weight: impl Into<Value>) -> Self {
         let (quantity, weight) = (quantity.into(), weight.into());
         let last = if quantity.depends_on_control() { Value::Number(0.0) } else { weight };
@@ -103,7 +103,7 @@ impl Cost {
         }
     }
 
-    /// The same with targets, in the order of the quantity's entries; those that are left out stay.
+    /// The same with targets, in the order of the quantity's entries; entries without a new target keep theirs.
     #[must_use]
     pub fn with_targets<T: Into<Value>>(mut self, targets: impl IntoIterator<Item = T>) -> Self {
         self.targets.iter_mut().zip(targets).for_each(|(target, given)| *target = given.into());
@@ -116,7 +116,7 @@ impl Cost {
         Self { norm: norm.into(), ..self }
     }
 
-    /// The same with one weight for all entries at the end.
+    /// The same with one final weight for all entries.
     #[must_use]
     pub fn with_final_weight(self, weight: impl Into<Value>) -> Self {
         Self { last: Weights::Equal(weight.into()), ..self }
@@ -130,12 +130,12 @@ impl Cost {
         }
     }
 
-    /// The weights of a stage or of the end.
+    /// The weights of a stage, or those of the final cost.
     pub fn weights(&self, last: bool) -> &Weights {
         if last { &self.last } else { &self.stage }
     }
 
-    /// Whether any of its weights is non-zero at `phi`.
+    /// Whether any of its weights is non-zero at `phi`, so that it contributes to the cost.
     #[must_use]
     pub fn counts(&self, phi: &[f64]) -> bool {
         !(self.stage.are_zero_at(phi) && self.last.are_zero_at(phi))
@@ -149,7 +149,7 @@ impl Cost {
         wanted.filter(|&(_, target)| target != 0.0).collect()
     }
 
-    /// What is wrong with the weights or the norm, given the parameters' bounds: the key, and what is valid.
+    /// Checks the weights and the norm within the parameters' bounds; the error gives the key and what is valid.
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         for (key, weights) in [("weight", &self.stage), ("final_weight", &self.last)] {
             if let Weights::Equal(weight) = weights
@@ -194,12 +194,12 @@ impl Cost {
     }
 }
 
-/// The keys of a cost beside those of its quantity.
+/// The keys of a cost besides those of its quantity.
 const KEYS: &[&str] = &["target", "weight", "final_weight", "norm"];
-/// Those of a pose, whose target may be called its position.
+/// The same for a pose, whose target may also be written as `position`.
 const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight", "norm"];
 
-/// What a cost has beside its quantity.
+/// The keys of a cost besides those of its quantity.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -256,7 +256,7 @@ pub fn kinds(quantities: &Kinds) -> Vec<&'static str> {
 /// Reads the cost of kind `kind` from its table at a place, without the key `kind`.
 ///
 /// # Errors
-/// Where there is no such kind, or the table is wrong or does not fit the model.
+/// If there is no such kind, or the table is invalid or does not fit the model.
 pub fn read(
     (kind, table): (&str, Reader),
     (document, at): (&Document, &[Place]),

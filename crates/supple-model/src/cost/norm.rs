@@ -1,4 +1,4 @@
-//! Norms: how a residual becomes a number. A new one is one file, and one line in `norms.rs`.
+//! Norms: how a residual becomes a number. To add one, write one file and one line in `norms.rs`.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -38,21 +38,21 @@ pub trait NormKind: Debug + Send + Sync + 'static {
     /// The norm of one entry of a residual at parameters `phi`: 0 at 0, at least 0 elsewhere.
     fn value<S: Scalar>(&self, r: S, phi: &[S]) -> S;
 
-    /// Its second derivative by the residual, from which planning has its Gauss-Newton curvature. Say what it is where
-    /// the derivative of [`NormKind::value`] would lose digits.
+    /// Its second derivative with respect to the residual, which planning uses for the Gauss-Newton curvature. Override it
+    /// if differentiating [`NormKind::value`] would lose digits.
     fn curvature(&self, r: Node, phi: &[Node]) -> Node {
         let r = r.opaque();
         let derivative = |of: Node| vjp(&[(of, Node::one())], &[r]).first().copied().unwrap_or_else(Node::zero);
         derivative(derivative(self.value(r, phi)))
     }
 
-    /// Whether [`NormKind::curvature`] is never negative. Where it may be, the curvature of the whole cost is made
+    /// Whether [`NormKind::curvature`] is never negative. If it can be, the curvature of the whole cost is projected to be
     /// positive semidefinite at every point.
     fn is_convex(&self) -> bool {
         false
     }
 
-    /// What is wrong with its numbers, given the parameters' bounds.
+    /// Checks its numbers within the parameters' bounds.
     ///
     /// # Errors
     /// What was found, and what is valid.
@@ -63,7 +63,7 @@ pub trait NormKind: Debug + Send + Sync + 'static {
 
 /// How a kind of norm is read from a task file.
 pub trait NormFile: NormKind + Sized {
-    /// Its settings: [`NoKeys`](super::NoKeys) where it has none.
+    /// Its settings; [`NoKeys`](super::NoKeys) if it has none.
     type File: for<'de> Deserialize<'de> + Described;
 
     /// The norm.
@@ -111,7 +111,7 @@ impl<N: NormKind> From<N> for Norm {
     }
 }
 
-/// The norms of all entries of a residual, given that and the parameters.
+/// The norms of all entries of a residual, as a function of the residual and the parameters.
 struct Values<'a>(&'a dyn Kind);
 
 impl Function for Values<'_> {
@@ -142,12 +142,12 @@ impl Norm {
         self.0.curvature(r, phi)
     }
 
-    /// Whether that is never negative.
+    /// Whether its [curvature](Self::curvature) is never negative.
     pub fn is_convex(&self) -> bool {
         self.0.is_convex()
     }
 
-    /// What is wrong with its numbers, given the parameters' bounds.
+    /// Checks its numbers within the parameters' bounds.
     pub(super) fn check(&self, parameters: &Parameters) -> Result<(), String> {
         self.0.check(parameters)
     }

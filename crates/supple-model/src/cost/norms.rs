@@ -1,4 +1,4 @@
-//! The norms that task files may name. A new one is one line at the end of this file.
+//! The norms that task files may name. To add one, write one line at the end of this file.
 
 #[cfg(feature = "schema")]
 use serde_json::{Value as Json, json};
@@ -20,10 +20,10 @@ impl Norms {
         self.0.add::<N::File>(N::NAME, build);
     }
 
-    /// Reads the norm at a place: the square where there is none.
+    /// Reads the norm at a place; defaults to the square if nothing is given.
     ///
     /// # Errors
-    /// Where there is no such norm, or its settings are wrong.
+    /// If there is no such norm, or its settings are invalid.
     pub fn read(&self, document: &Document, at: &[Place]) -> Result<Norm, FileError> {
         let Some(value) = document.get(at) else { return Ok(Quadratic.into()) };
         let read = |given: Variant| match self.0.get(given.name()) {

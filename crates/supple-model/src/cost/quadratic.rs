@@ -15,8 +15,8 @@ use crate::value::symmetrise;
 /// Its name in files.
 pub const NAME: &str = "quadratic";
 
-/// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric, up to
-/// rounding, which is removed, and positive semidefinite.
+/// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be positive semidefinite
+/// and symmetric; asymmetry from rounding is removed.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -35,7 +35,7 @@ impl File {
     /// The cost whose table is at a place of a file.
     ///
     /// # Errors
-    /// Where a matrix has another size than the model asks for, or is not symmetric.
+    /// If a matrix has the wrong size for the model, or is not symmetric.
     pub fn cost(mut self, (document, at): (&Document, &[Place]), context: &Context) -> Result<Cost, FileError> {
         let (n, m) = (context.vocabulary.states.len(), context.vocabulary.controls());
         let make_symmetric = |key: &'static str, rows: &mut [Vec<Value>], order: usize| {
@@ -64,7 +64,7 @@ impl File {
     }
 }
 
-/// No cost is negative: diagonal entries at any parameters, the whole matrix at their initial values.
+/// Checks that no cost can be negative: the diagonal for all parameter values, the whole matrix at the initial ones.
 fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<(), String> {
     for (i, row) in rows.iter().enumerate() {
         if let Some(least) = parameters.least(row[i]).filter(|&least| least < 0.0) {
@@ -87,7 +87,7 @@ fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
     top.chain(bottom).collect()
 }
 
-/// What is wrong with the weights of such a cost, given the parameters' bounds: the key, and what is valid.
+/// Checks the weights of such a cost within the parameters' bounds; the error gives the key and what is valid.
 pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), (&'static str, String)> {
     let (Some(all), Weights::Matrix(stage), Weights::Matrix(last)) =
         (cost.quantity.as_kind::<StateAndControl>(), &cost.stage, &cost.last)

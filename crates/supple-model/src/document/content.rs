@@ -1,11 +1,11 @@
-//! What a parsed file holds, whatever its format: texts, numbers, lists and tables, each with its place in the text.
+//! The content of a parsed file, whatever its format: texts, numbers, lists and tables, each with its byte range.
 
 use std::borrow::{Borrow, Cow};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A value or a key, and its bytes in the text. The bytes do not count in comparisons.
+/// A value or a key, with its byte range in the text. Comparisons ignore the range.
 #[derive(Clone, Debug)]
 pub struct Spanned<T> {
     value: T,
@@ -49,7 +49,7 @@ impl<T: Ord> Ord for Spanned<T> {
     }
 }
 
-/// Tables find their keys by text.
+/// Lets tables look up keys by text.
 impl Borrow<str> for Spanned<Cow<'_, str>> {
     fn borrow(&self) -> &str {
         &self.value
@@ -59,7 +59,7 @@ impl Borrow<str> for Spanned<Cow<'_, str>> {
 /// The entries of a table by key.
 pub type Table<'a> = BTreeMap<Spanned<Cow<'a, str>>, Spanned<Content<'a>>>;
 
-/// A value of a parsed file. Numbers stay as they are written, so that what reads them can say which are too large.
+/// A value of a parsed file. Numbers stay as written, so that the reader of a number can report which are too large.
 #[derive(Clone, Debug)]
 pub enum Content<'a> {
     /// Text.

@@ -1,4 +1,4 @@
-//! What the keys of a kind need besides being read.
+//! Requirements on the keys of a kind besides being readable.
 
 /// Keys that can be described to editors. With the feature `schema` these are the types that implement
 /// `schemars::JsonSchema`; without it, all types are.

@@ -52,25 +52,25 @@ impl From<usize> for Place<'_> {
     }
 }
 
-/// A parsed file that knows where everything is.
+/// A parsed file in which every value has its position.
 pub struct Document<'a> {
     name: &'a str,
     text: &'a str,
     root: Spanned<Content<'a>>,
-    /// Whether its texts are cells, which may stand for numbers and lists.
+    /// Whether its texts are table cells, which may stand for numbers and lists.
     of_cells: bool,
     /// The names that values may use.
     names: Option<Rc<Names>>,
 }
 
 impl<'a> Document<'a> {
-    /// What was read from `text`; `name` stands for the file in errors. `supple_file::parse_document` reads TOML.
+    /// A document parsed from `text`; errors call the file `name`. `supple_file::parse_document` reads TOML.
     #[must_use]
     pub fn new(name: &'a str, text: &'a str, root: Table<'a>) -> Self {
         Self { name, text, root: Spanned::new(0..0, Content::Table(root)), of_cells: false, names: None }
     }
 
-    /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number,
+    /// A document made of table cells of another format. A cell is read as whatever type is requested: text, a number,
     /// or a list with `;` between its entries.
     #[must_use]
     pub fn of_cells(name: &'a str, text: &'a str, root: Table<'a>) -> Self {
@@ -114,13 +114,13 @@ impl<'a> Document<'a> {
     /// Reads the value at a place.
     ///
     /// # Errors
-    /// Where it is missing or is not what is asked for.
+    /// If it is missing or has the wrong type.
     pub fn read<T: DeserializeOwned>(&self, at: &[Place]) -> Result<T, FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
         T::deserialize(self.reader(value)).map_err(|error| self.read_error(at, error))
     }
 
-    /// The key `kind` of the table at a place, and what reads the rest of that table.
+    /// The key `kind` of the table at a place, and a reader for the rest of that table.
     pub fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(&str, Reader<'_>), FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
         let Content::Table(table) = value.get_ref() else {
@@ -142,10 +142,10 @@ impl<'a> Document<'a> {
         if text.is_empty() { Err(self.error(&place, "must not be empty")) } else { Ok(text) }
     }
 
-    /// How many tables the list at a place has; none where nothing is there.
+    /// How many tables the list at a place has; 0 if nothing is there.
     ///
     /// # Errors
-    /// Where something else is there.
+    /// If something other than a list of tables is there.
     pub fn tables(&self, at: &[Place]) -> Result<usize, FileError> {
         match self.get(at).map(Spanned::get_ref) {
             None => Ok(0),
@@ -154,7 +154,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The kind of the table at a place is not one of `kinds`.
+    /// The error for a table at a place whose kind is not one of `kinds`.
     #[must_use]
     pub fn unknown_kind(&self, at: &[Place], kind: &str, kinds: &[&str]) -> FileError {
         let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
@@ -162,19 +162,19 @@ impl<'a> Document<'a> {
         FileError { help: nearest(kind, kinds), ..error }
     }
 
-    /// An error about the value at a place, or about the nearest place above it that exists.
+    /// An error about the value at a place, or about its nearest parent that exists.
     pub fn error(&self, at: &[Place], message: impl Into<String>) -> FileError {
         let existing = (0..=at.len()).rev().find_map(|len| self.get(&at[..len])).unwrap_or(&self.root);
         self.error_in(existing.span(), write_path(at), message)
     }
 
-    /// The error of a file that the value at a place names: of a file that cannot be read, at that value.
+    /// An error in a file that the value at a place names; if that file cannot be read, the error points to the value.
     #[must_use]
     pub fn error_of_file(&self, at: &[Place], error: FileError) -> FileError {
         if error.line == 0 { self.error(at, error.to_string()) } else { error }
     }
 
-    /// An error about the key itself at a place.
+    /// An error about a key itself, not its value.
     pub fn error_at_key(&self, at: &[Place], message: impl Into<String>) -> FileError {
         if let Some((Place::Key(key), table)) = at.split_last()
             && let Some(Content::Table(table)) = self.get(table).map(Spanned::get_ref)

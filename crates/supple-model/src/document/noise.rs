@@ -1,16 +1,16 @@
-//! The keys by which tables give noise.
+//! The keys that specify noise in tables.
 
 use super::Reader;
 use crate::Value;
 use crate::parameters::Parameters;
 
-/// Key of a standard deviation, which may stand in the place of a variance.
+/// Key of a standard deviation, which may be given instead of a variance.
 pub const DEVIATION: &str = "deviation";
 
-/// The key by which a table gives noise, `variance` or else `deviation`, and the table with `variance` in its place.
+/// The key that gives the noise of a table, `variance` or `deviation`, and the table with that key read as `variance`.
 ///
 /// # Errors
-/// Where it has both: what to do.
+/// If both are given: advice.
 pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>), &'static str> {
     match (table.has(DEVIATION), table.has("variance")) {
         (true, true) => Err("replaces `variance`; give only one of them"),
@@ -19,10 +19,10 @@ pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>
     }
 }
 
-/// The variances that a key gives, each above 0.
+/// The variances given under a key, each above 0.
 ///
 /// # Errors
-/// Where one is not: what was found.
+/// If one is not: what was found.
 pub fn variances(key: &str, given: Vec<Value>, parameters: &Parameters) -> Result<Vec<Value>, String> {
     let one = |value: Value| match parameters.least(value).filter(|&least| least <= 0.0) {
         Some(least) => Err(value.found(least)),

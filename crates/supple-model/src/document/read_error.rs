@@ -9,9 +9,9 @@ use supple_text::{nearest, quoted};
 /// Why a value could not be read, and where in it.
 #[derive(Debug)]
 pub struct ReadError {
-    /// The path from the value that was read to the one that is wrong.
+    /// The path from the value being read to the offending one.
     pub path: String,
-    /// Bytes of the text that are meant; none where they are those of the value that was read.
+    /// Byte range of the offending text; `None` if it is the range of the value being read.
     pub span: Option<Range<usize>>,
     /// What was found, and what is valid.
     pub message: String,
@@ -20,7 +20,7 @@ pub struct ReadError {
 }
 
 impl ReadError {
-    /// The same error, seen from the table or list whose entry `place`, with bytes `span`, has it.
+    /// The same error as seen from the enclosing table or list, whose entry `place` has the byte range `span`.
     pub(super) fn within(mut self, place: &str, span: Range<usize>) -> Self {
         self.path = join(place, &self.path);
         self.span.get_or_insert(span);
@@ -28,7 +28,7 @@ impl ReadError {
     }
 }
 
-/// A path, and one from there on.
+/// Joins two paths.
 pub(super) fn join(path: &str, rest: &str) -> String {
     let separator = if path.is_empty() || rest.is_empty() || rest.starts_with('[') { "" } else { "." };
     format!("{path}{separator}{rest}")
@@ -51,7 +51,7 @@ impl de::Error for ReadError {
     }
     fn invalid_value(found: Unexpected, valid: &dyn de::Expected) -> Self {
         match found {
-            // Of what kind is known from the type alone, and not which is the least.
+            // The type tells what kind of number is valid, but not its minimum.
             Unexpected::Signed(number) if number < 0 && is_unsigned(&valid.to_string()) => {
                 Self::custom(format_args!("must not be negative; found {number}"))
             }
@@ -74,7 +74,7 @@ impl de::Error for ReadError {
     }
 }
 
-/// What to write instead of an unknown key: what takes the place of one of earlier versions, or the key nearest to it.
+/// What to write instead of an unknown key: the replacement of a key of earlier versions, or the most similar key.
 pub(super) fn instead_of(found: &str, valid: &[&str]) -> Option<String> {
     if found == "damping" && valid.contains(&"dissipation") {
         let what = "the force of a contact is multiplied by 1 + dissipation x speed of approach";

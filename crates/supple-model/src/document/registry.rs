@@ -3,7 +3,7 @@ use schemars::{Schema, SchemaGenerator};
 
 use super::Described;
 
-/// The kinds of one thing by the names that files give them: how each is read, and the schema of its keys.
+/// The kinds of one sort of thing by their names in files: how each is read, and the schema of its keys.
 #[derive(Clone, Debug)]
 pub struct Registry<R> {
     kinds: Vec<Kind<R>>,
@@ -24,7 +24,7 @@ impl<R> Default for Registry<R> {
 }
 
 impl<R> Registry<R> {
-    /// Adds a kind with the keys `File`, in the place of one that has its name.
+    /// Adds a kind with the keys `File`, replacing any kind of the same name.
     pub fn add<File: Described>(&mut self, name: &'static str, read: R) {
         self.kinds.retain(|kind| kind.name != name);
         self.kinds.push(Kind {
@@ -41,7 +41,7 @@ impl<R> Registry<R> {
         self.kinds.iter().map(|kind| kind.name).collect()
     }
 
-    /// How a kind is read; none where there is no such kind.
+    /// How a kind is read; `None` if there is no such kind.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&R> {
         self.kinds.iter().find(|kind| kind.name == name).map(|kind| &kind.read)

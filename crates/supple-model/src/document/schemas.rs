@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::noise::DEVIATION;
 
-/// One of several tables, told apart by `kind`.
+/// One of several tables, distinguished by `kind`.
 #[must_use]
 pub fn one_of(kinds: Vec<(&'static str, Json)>) -> Json {
     let tables = kinds.into_iter().map(|(kind, mut table)| {
@@ -24,7 +24,7 @@ pub fn plain(kinds: Vec<(&'static str, schemars::Schema)>) -> Vec<(&'static str,
     kinds.into_iter().map(|(kind, schema)| (kind, schema.to_value())).collect()
 }
 
-/// The schema of a table that has the keys of two.
+/// The schema of a table that has the keys of both.
 #[must_use]
 pub fn merged(mut own: schemars::Schema, common: &schemars::Schema) -> schemars::Schema {
     let object = own.ensure_object();
@@ -40,7 +40,7 @@ pub fn merged(mut own: schemars::Schema, common: &schemars::Schema) -> schemars:
     own
 }
 
-/// Offers a standard deviation in the place of the variance of a table.
+/// Allows a standard deviation instead of the variance in a table.
 pub fn with_deviation(mut schema: schemars::Schema) -> schemars::Schema {
     let object = schema.ensure_object();
     if let Some(properties) = object.get_mut("properties").and_then(Json::as_object_mut)

@@ -1,4 +1,4 @@
-//! Compliance of robots: what an author of a new kind needs.
+//! Compliance of robots: everything needed to write a new kind.
 //!
 //! A kind implements [`Compliance`], and [`ComplianceFile`] to be read from task files; it is added to
 //! [`Kinds`](crate::Kinds) by [`with_coupling`](crate::Kinds::with_coupling).

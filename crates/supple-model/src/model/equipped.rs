@@ -15,33 +15,33 @@ use crate::quantity::{Known, Quantity, Unfit, Vocabulary};
 use crate::scene::Picture;
 use crate::system::{Authored, System};
 
-/// Where an entry of a measurement comes from.
+/// The source of an entry of a measurement.
 #[derive(Clone, Debug)]
 pub enum Entry {
     /// The model's own measurement with this index.
     Own(usize),
     /// An entry of a quantity.
     Of(Arc<Quantity>, usize),
-    /// A sum of states, each times a number.
+    /// A linear combination of states, with these coefficients.
     Sum(Vec<Value>),
 }
 
-/// What a model measures in place of its own measurements: first some of those, then what a catalogue adds.
+/// The measurements that replace a model's own: first the own ones that are kept, then those from a catalogue.
 #[derive(Clone, Debug, Default)]
 pub struct Equipment {
-    /// How many own measurements the model has, with its own noise.
+    /// How many measurements the model itself has.
     pub own: usize,
-    /// Own measurements that are kept, with their noise: the first entries.
+    /// Indices of own measurements that are kept, with their noise; they come first.
     pub kept: Vec<usize>,
-    /// What is added: the entry, what it is, and the variance of its noise.
+    /// Added measurements: the entry, its name and unit, and the variance of its noise.
     pub added: Vec<(Entry, Channel, Value)>,
 }
 
 impl Equipment {
-    /// The covariance of all entries, from that of the model's own measurements: added noise is independent.
+    /// The covariance of all entries, given that of the model's own measurements; added noise is independent.
     ///
     /// # Errors
-    /// Where the covariance has another order than the model's own measurements: that order.
+    /// If the covariance does not match the model's own measurements: its order.
     pub fn covariance(&self, own: &Covariance) -> Result<Covariance, usize> {
         if own.order() != self.own {
             return Err(own.order());
@@ -65,13 +65,13 @@ impl Equipment {
                 });
                 Covariance::Full(first.chain(alone).collect())
             }
-            // Task files have none.
+            // Not possible in task files.
             Covariance::Sequence(_) => return Err(own.order()),
         })
     }
 }
 
-/// A model with other sensors than its own.
+/// A model with replaced sensors.
 #[derive(Clone, Debug)]
 pub(super) struct Equipped<M> {
     pub model: M,
@@ -107,7 +107,7 @@ impl<M: ModelFile> Model for Equipped<M> {
             *y = match entry {
                 Entry::Own(row) => own[*row],
                 Entry::Of(quantity, entry) => {
-                    // The entries of a quantity follow one another.
+                    // The entries of a quantity are consecutive.
                     if *entry == 0 {
                         measured = quantity.values(at, &known);
                     }
@@ -232,7 +232,7 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     }
     fn variances(&self) -> Option<Vec<Value>> {
         let Equipment { own, kept, added } = &self.equipment;
-        // Where nothing of the model's own is kept, its noise does not matter.
+        // If none of the model's own measurements are kept, their noise does not matter.
         let of_own = ModelFile::variances(&self.model);
         let of_own = of_own.or_else(|| kept.is_empty().then(|| vec![Value::default(); *own]))?;
         Some(kept.iter().map(|&row| of_own[row]).chain(added.iter().map(|(_, _, variance)| *variance)).collect())

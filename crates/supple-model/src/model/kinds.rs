@@ -9,10 +9,10 @@ use crate::document::{Document, FileError, Registry};
 use crate::parameters::Parameters;
 use crate::quantity::{self, QuantityFile};
 
-/// The kinds that task files may name: those of the library, and those that are added here.
+/// The kinds that task files may name: those of the library, and any added here.
 ///
-/// A kind of another crate does all that those of the library do; a task file read with
-/// `supple_file::load_with` names it like these.
+/// A kind of another crate can do everything that those of the library can; a task file read with
+/// `supple_file::load_with` names it in the same way.
 ///
 /// ```
 /// use supple_model::Kinds;
@@ -49,14 +49,14 @@ pub struct Kinds {
     models: Registry<Reads>,
 }
 
-/// Where a model is read from.
+/// The source from which a model is read.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// The task file.
     pub document: &'a Document<'a>,
     /// Its parameters.
     pub parameters: &'a Parameters,
-    /// Where files are looked for that the document names.
+    /// The folder in which files named by the document are looked up.
     pub folder: &'a Path,
     /// The kinds that it may name.
     pub kinds: &'a Kinds,
@@ -71,28 +71,28 @@ struct Reads {
 }
 
 impl Kinds {
-    /// With a kind of quantity, in the place of one that has its name.
+    /// Adds a kind of quantity, replacing any kind of the same name.
     #[must_use]
     pub fn with_quantity<Q: QuantityFile>(mut self) -> Self {
         self.quantities.add::<Q>();
         self
     }
 
-    /// With a kind of norm, in the place of one that has its name.
+    /// Adds a kind of norm, replacing any kind of the same name.
     #[must_use]
     pub fn with_norm<N: NormFile>(mut self) -> Self {
         self.norms.add::<N>();
         self
     }
 
-    /// With a kind of compliance of robots, in the place of one that has its name.
+    /// Adds a kind of compliance, replacing any kind of the same name.
     #[must_use]
     pub fn with_coupling<C: ComplianceFile>(mut self) -> Self {
         self.couplings.add::<C>();
         self
     }
 
-    /// With a kind of model, in the place of one that has its name.
+    /// Adds a kind of model, replacing any kind of the same name.
     #[must_use]
     pub fn with_model<M: PlainFile>(self) -> Self {
         self.with::<M>()
@@ -148,7 +148,7 @@ impl Source<'_> {
     /// Reads `[model]`: its `kind` decides the rest.
     ///
     /// # Errors
-    /// Where there is no such kind, or the table is wrong.
+    /// If there is no such kind, or the table is invalid.
     pub fn read(&self) -> Result<Box<dyn AnyModel>, FileError> {
         let (at, valid) = (["model".into()], self.kinds.models());
         let (kind, _) = self.document.table_with_kind(&at, &valid)?;

@@ -21,7 +21,7 @@ pub struct Linear {
     pub C: Vec<Vec<Value>>,
 }
 
-/// Row `row` of a matrix times a vector, added to `sum`.
+/// Row `row` of a matrix times a vector, plus `sum`.
 fn row_times<S: Scalar>(at: &Point<S>, row: &[Value], vector: &[S], mut sum: S) -> S {
     for (&entry, &v) in row.iter().zip(vector) {
         if !entry.is_zero() {

@@ -1,7 +1,7 @@
 //! The kinds of model that task files name, and how they are read.
 //!
 //! ```text
-//! bodies -> compliance -> kinds -> robot        what robots are made of, and what else files may name
+//! bodies -> compliance -> kinds -> robot        parts of robots, and other kinds that files may name
 //!                         linear, recorded, two_mass
 //! ```
 
@@ -46,58 +46,58 @@ pub trait ModelFile: Model + Clone {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
 
-    /// The keys of `[model]`, but for `kind`.
+    /// The keys of `[model]`, except `kind`.
     type File: Described;
 
     /// Reads `[model]`.
     fn read(source: &Source) -> Result<Self, FileError>;
 
-    /// Variances of the measurements, where the model knows them.
+    /// Variances of the measurements, if the model defines them.
     fn variances(&self) -> Option<Vec<Value>> {
         None
     }
 
-    /// The files that it names, but for meshes.
+    /// The files that it names, except meshes.
     fn files(&self) -> Vec<PathBuf> {
         Vec::new()
     }
 
-    /// Warnings about ignored or most likely wrong parts of the files that it names.
+    /// Warnings about ignored or suspicious parts of the files that it names.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// The same with a sentence for every single thing.
+    /// The same with a separate sentence for each occurrence.
     fn every_warning(&self) -> Vec<String> {
         self.warnings()
     }
 
-    /// Whether its first state need not be given, and may be given by a keyframe or a pose.
+    /// Whether its first state may be omitted, or given by a keyframe or a pose.
     fn starts_by_itself(&self) -> bool {
         false
     }
 
-    /// The first state where nothing is said of single states, or what does not fit.
+    /// The first state before individual states are set, or what does not fit.
     fn first_state(&self, _start: &Start) -> Result<Vec<f64>, Unfit> {
         Ok(vec![0.0; self.dimensions().states])
     }
 
-    /// States that are the same as another one where the first state does not name them: both places.
+    /// Pairs of states of which the first defaults to the second if the task does not give its initial value.
     fn followers(&self) -> Vec<(usize, usize)> {
         Vec::new()
     }
 
-    /// More of the schema than [`ModelFile::File`] says.
+    /// Adds parts of the schema that [`ModelFile::File`] does not describe.
     #[cfg(feature = "schema")]
     fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator, _kinds: &Kinds) {}
 }
 
-/// A model all of whose table serde reads.
+/// A model whose whole table serde can read.
 pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + Described {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
 
-    /// What is wrong with its numbers or shapes, given the parameters' bounds.
+    /// Checks its numbers and shapes within the parameters' bounds.
     ///
     /// # Errors
     /// The key, and what is valid.
@@ -124,32 +124,32 @@ impl<M: PlainFile> ModelFile for M {
 pub trait AnyModel {
     /// Its sizes.
     fn dimensions(&self) -> Dimensions;
-    /// Variances of its measurements, where it knows them.
+    /// Variances of its measurements, if it defines them.
     fn variances(&self) -> Option<Vec<Value>>;
-    /// The files that it names, but for meshes.
+    /// The files that it names, except meshes.
     fn files(&self) -> Vec<PathBuf>;
-    /// Warnings about ignored or most likely wrong parts of the files that it names, one sentence per kind.
+    /// Warnings about ignored or suspicious parts of the files that it names, one sentence per kind.
     fn warnings(&self) -> Vec<String>;
-    /// The same with a sentence for every single thing.
+    /// The same with a separate sentence for each occurrence.
     fn every_warning(&self) -> Vec<String>;
-    /// Whether its first state need not be given, and may be given by a keyframe or a pose.
+    /// Whether its first state may be omitted, or given by a keyframe or a pose.
     fn starts_by_itself(&self) -> bool;
-    /// The first state where nothing is said of single states.
+    /// The first state before individual states are set.
     ///
     /// # Errors
     /// The key of the keyframe or pose that does not fit, and why.
     fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit>;
-    /// States that are the same as another one where the first state does not name them: both places.
+    /// Pairs of states of which the first defaults to the second if the task does not give its initial value.
     fn followers(&self) -> Vec<(usize, usize)>;
     /// The names that quantities may refer to.
     fn vocabulary(&self) -> Vocabulary;
     /// Names and units of states, controls and measurements.
     fn channels(&self) -> Channels;
-    /// The model with its costs and the quantities that are followed, for solvers.
+    /// The model with its costs and the recorded quantities, for solvers.
     fn system(&self, terms: (Vec<Cost>, Vec<Followed>), time_step: Value, parameters: usize) -> Arc<dyn System>;
     /// The same model with other measurements.
     fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel>;
-    /// Its measurements, where they are not its own.
+    /// Its measurements, if they replace its own.
     fn equipment(&self) -> Option<&Equipment> {
         None
     }

@@ -1,14 +1,14 @@
-//! How a task says that a robot starts.
+//! How a task specifies the start of a robot.
 
 use serde::Deserialize;
 
-/// How a task says that a robot starts.
+/// How a task specifies the start of a robot.
 pub struct Start<'a> {
     /// Name of a keyframe.
     pub key: Option<&'a str>,
-    /// Where a frame is.
+    /// The pose of a frame.
     pub pose: Option<&'a PoseFile>,
-    /// What the task says of single states, at the initial values of parameters.
+    /// Initial values that the task gives for individual states, at the initial values of parameters.
     pub given: &'a [Option<f64>],
     /// The initial values of all parameters.
     pub phi: &'a [f64],

@@ -39,7 +39,7 @@ impl TwoMass {
         at.x[2] - at.x[4]
     }
 
-    /// `(x2 - xw)_+`, m: smoothed where it is to be.
+    /// `(x2 - xw)_+`, m, smoothed if `contact_smoothing` is above 0.
     fn pressed<S: Scalar>(&self, at: &Point<S>) -> S {
         let depth = Self::penetration(at);
         if self.contact_smoothing.is_zero() {
@@ -50,8 +50,8 @@ impl TwoMass {
     }
 }
 
-/// Length of a mass in pictures, relative to how far the wall is away; and that of the spring at rest between them.
-/// The model says neither: its masses are points, and both at 0 at rest.
+/// Length of a mass in pictures, relative to the wall distance, and rest length of the spring between them.
+/// The model defines neither: its masses are points, both at 0 when at rest.
 const DRAWN: [f64; 2] = [0.16, 0.3];
 
 impl Model for TwoMass {
@@ -91,7 +91,7 @@ impl Model for TwoMass {
         vec![Contact { name: "wall".into(), force_signal: Some(0) }]
     }
 
-    /// The force is that of the physics, which does not pull; the signal `contact_force` is `k2` times the depth, also where
+    /// The force is the physical one, which never pulls; the signal `contact_force` is `k2` times the depth, even if
     /// that is negative.
     fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
         let stiffness = at.value(self.stiffness[1]);
@@ -113,7 +113,7 @@ impl Model for TwoMass {
         }
     }
 
-    /// Along x. The second mass ends at `x2`, where it meets the wall; the first is drawn a spring's length before it.
+    /// Drawn along x. The second mass ends at `x2`, where it meets the wall; the first is a spring's length in front of it.
     fn picture(&self, at: &Point<f64>) -> Option<Picture> {
         let &[x1, _, x2, _, xw] = at.x else { return None };
         let size = if xw == 0.0 { 1.0 } else { xw.abs() };
@@ -154,7 +154,7 @@ impl Model for TwoMass {
     }
 }
 
-/// A key, its values, what is valid, and whether their least is.
+/// A key, its values, what is valid, and a check of the least possible value.
 type Rule<'a> = (&'static str, &'a [Value], &'static str, fn(f64) -> bool);
 
 impl PlainFile for TwoMass {

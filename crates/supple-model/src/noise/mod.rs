@@ -64,8 +64,8 @@ impl Covariance {
         diagonal.chain(full).filter(|(_, _, value)| !value.is_zero())
     }
 
-    /// Writes the matrix at given parameters: a constant one, or one for each step. Allocates nothing where `out` has
-    /// held it before.
+    /// Writes the matrix at given parameters: a constant one, or one for each step. Does not allocate if `out` has
+    /// already held it.
     pub fn resolve(&self, phi: &[f64], out: &mut Matrices) {
         if let Self::Sequence(matrices) = self {
             if out.is_constant() || (out.count(), out.rows()) != (matrices.count(), matrices.rows()) {
@@ -84,8 +84,8 @@ impl Covariance {
         }
     }
 
-    /// Writes the matrix at given parameters for each of `count` steps, also where it is the same at all of them. Allocates
-    /// nothing where `out` has held it before.
+    /// Writes the matrix at given parameters for each of `count` steps, even if constant. Does not allocate
+    /// if `out` has already held it.
     fn resolve_each(&self, phi: &[f64], count: usize, out: &mut Matrices) {
         if let Self::Sequence(_) = self {
             return self.resolve(phi, out);
@@ -100,8 +100,8 @@ impl Covariance {
         }
     }
 
-    /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`: of each step, or summed over
-    /// all of them.
+    /// Adds to `parameters` the gradient of a number, given its adjoint `adjoint` with respect to this matrix: per step, or
+    /// summed over all steps.
     pub fn add_gradient(&self, phi: &[f64], adjoint: &Matrices, parameters: &mut [f64]) {
         for (i, j, value) in self.entries() {
             if !matches!(value, Value::Number(_)) {
@@ -121,7 +121,7 @@ pub struct NoiseModel {
     pub process: Covariance,
     /// `V`, p x p: of the measurement at each step 0..N; positive definite.
     pub measurement: Covariance,
-    /// What is added to the variances of measurements where they depend on the state; nothing in most tasks.
+    /// State-dependent additions to the variances of measurements; usually none.
     pub varying: Vec<VaryingVariance>,
 }
 
@@ -132,24 +132,24 @@ impl NoiseModel {
         Self { initial, process, measurement, varying: Vec::new() }
     }
 
-    /// Takes what is given per second as what it is per step: variances of the process times the time step, and those of
-    /// measurements divided by it.
+    /// Converts noise given per second to noise per step: process variances are multiplied by the time step,
+    /// measurement variances are divided by it.
     pub fn per_second(&mut self, time_step: Value) {
         self.process.change(|variance| variance.times(time_step));
         self.measurement.change(|variance| variance.over(time_step));
         self.varying.iter_mut().for_each(|varying| varying.coefficient = varying.coefficient.over(time_step));
     }
 
-    /// Clears `noise` for adjoints by this along `steps` steps: a matrix for each step where the noise varies with the
-    /// state, and as it was elsewhere.
+    /// Clears `noise` for use as adjoints along `steps` steps. Where the noise varies with the state, there is a matrix for
+    /// each step; otherwise the layout is unchanged.
     pub fn clear(&self, noise: &mut Noise, steps: usize) {
         if self.varying.is_empty() { noise.clear() } else { noise.clear_each(steps) }
     }
 
-    /// Writes the covariances at given parameters, without what varies with the state.
+    /// Writes the covariances at given parameters, without state-dependent parts.
     ///
     /// # Errors
-    /// Where a variance is negative or not finite.
+    /// If a variance is negative or not finite.
     pub fn resolve(&self, phi: &[f64], out: &mut Noise) -> Result<(), Error> {
         self.measurement.resolve(phi, &mut out.measurement);
         self.resolve_states(phi, out)
@@ -159,7 +159,7 @@ impl NoiseModel {
     /// state, this is [`resolve`](Self::resolve).
     ///
     /// # Errors
-    /// Where a variance, or what is added to it, is negative or not finite.
+    /// If a variance, or an addition to it, is negative or not finite.
     pub fn resolve_along(&self, phi: &[f64], states: &Matrices, out: &mut Noise) -> Result<(), Error> {
         if self.varying.is_empty() {
             return self.resolve(phi, out);
@@ -195,7 +195,7 @@ impl NoiseModel {
         Ok(())
     }
 
-    /// Adds to `parameters` the gradient of a number with the adjoints `adjoint` by the covariances along `states`, N + 1
+    /// Adds to `parameters` the gradient of a number, given its adjoints `adjoint` for the covariances along `states`, N + 1
     /// vectors of length n, which are held fixed.
     ///
     /// Where the noise varies with the state, the adjoint of `V` has a matrix for each step, see [`clear`](Self::clear).
@@ -208,8 +208,8 @@ impl NoiseModel {
         }
     }
 
-    /// Adds the gradient of a number with the adjoints `adjoint` by the states themselves to the linear terms of `joint`:
-    /// its last column, rows 0..n, at each of the N + 1 steps. Adds nothing where no variance varies.
+    /// Adds the gradient with respect to the states, given the same adjoints, to the linear terms of `joint`:
+    /// its last column, rows 0..n, at each of the N + 1 steps. Adds nothing if no variance depends on the state.
     pub fn add_state_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Noise, joint: &mut Matrices) {
         for varying in &self.varying {
             varying.add_state_gradient(phi, states, &adjoint.measurement, joint);
@@ -217,11 +217,11 @@ impl NoiseModel {
     }
 }
 
-/// A factor `G` of one of these matrices, `G G'`, also for a singular covariance: Cholesky with zero columns where the pivot
-/// vanishes. Row-major, order x order.
+/// A factor `G` of one of these matrices, which equals `G G'`; handles singular covariances by zero columns at vanishing
+/// pivots of the Cholesky factorisation. Row-major, order x order.
 ///
 /// # Errors
-/// Where the matrix is indefinite: the order of its first leading block that is.
+/// If the matrix is indefinite: the order of its first leading block that is indefinite.
 pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Result<Vec<f64>, usize> {
     let n = covariance.rows();
     let mut factor = vec![0.0; n * n];

@@ -3,7 +3,7 @@ use supple_lqg::Error;
 
 use crate::Value;
 
-/// A part of a measurement's variance that grows with the distance of a state from where it is seen best:
+/// A part of a measurement's variance that grows with the distance of a state from its best-measured value:
 ///
 /// ```text
 /// V_jj(x) = V_jj + coefficient (x_i - center)^2
@@ -14,7 +14,7 @@ pub struct VaryingVariance {
     pub measurement: usize,
     /// The state, i.
     pub state: usize,
-    /// Where the state is seen best, in its unit.
+    /// The state value at which the measurement is most accurate, in its unit.
     pub center: Value,
     /// Variance per square of the state's unit: at least 0.
     pub coefficient: Value,
@@ -41,7 +41,7 @@ impl VaryingVariance {
         Ok(())
     }
 
-    /// The adjoint of `V_jj` at each step times its derivatives by center and coefficient.
+    /// Gradient with respect to center and coefficient: the adjoint of `V_jj` at each step times its derivatives.
     pub(super) fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Matrices, parameters: &mut [f64]) {
         let VaryingNoise { measurement: j, state, center, coefficient } = VaryingNoise::of(self, phi);
         let (mut by_center, mut by_coefficient) = (0.0, 0.0);
@@ -54,7 +54,7 @@ impl VaryingVariance {
         self.coefficient.add_gradient(phi, by_coefficient, parameters);
     }
 
-    /// The adjoint of `V_jj` at each step times its derivative by the state, onto the last column.
+    /// Gradient with respect to the state: the adjoint of `V_jj` times its derivative, added to the last column.
     pub(super) fn add_state_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Matrices, joint: &mut Matrices) {
         let VaryingNoise { measurement: j, state, center, coefficient } = VaryingNoise::of(self, phi);
         let column = joint.cols() - 1;
@@ -91,7 +91,7 @@ impl VaryingNoise {
         self.coefficient * (state[self.state] - self.center).powi(2)
     }
 
-    /// Adds that to matrix `index`.
+    /// Adds this variance to matrix `index`.
     #[inline]
     pub fn add(&self, state: &[f64], variances: &mut Matrices, index: usize) {
         let sum = variances.get(index, self.measurement, self.measurement) + self.at(state);

@@ -52,7 +52,7 @@ pub struct CatalogueEntry {
 }
 
 impl Parameter {
-    /// One that the design search moves between these bounds in equal steps, without unit and price.
+    /// A parameter that the design search moves between these bounds on a linear scale, without unit and price.
     #[must_use]
     pub fn new(name: impl Into<String>, initial: f64, bounds: [f64; 2]) -> Self {
         Self {
@@ -67,31 +67,31 @@ impl Parameter {
         }
     }
 
-    /// Moved on this scale.
+    /// The same with this scale.
     #[must_use]
     pub fn with_scale(self, scale: Scale) -> Self {
         Self { scale, ..self }
     }
 
-    /// In this unit.
+    /// The same with this unit.
     #[must_use]
     pub fn with_unit(self, unit: impl Into<String>) -> Self {
         Self { unit: unit.into(), ..self }
     }
 
-    /// Changed by these.
+    /// The same, changeable by this role.
     #[must_use]
     pub fn with_role(self, role: Role) -> Self {
         Self { role, ..self }
     }
 
-    /// At this price.
+    /// The same with this price.
     #[must_use]
     pub fn with_price(self, price: Price) -> Self {
         Self { price: Some(price), ..self }
     }
 
-    /// With these values only.
+    /// The same, restricted to these values.
     #[must_use]
     pub fn with_catalogue(self, catalogue: Vec<CatalogueEntry>) -> Self {
         Self { catalogue, ..self }
@@ -101,8 +101,8 @@ impl Parameter {
         self.catalogue.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
 
-    /// Whether a value is at a bound up to the accuracy of a search: a millionth of their distance, and no
-    /// more than a thousandth of the end itself, which may be far smaller.
+    /// Whether a value is at a bound within the accuracy of a search: within a millionth of the range, and within
+    /// a thousandth of the bound itself, which may be far smaller than the range.
     pub fn is_at(&self, end: f64, value: f64) -> bool {
         let distance = (value - end).abs();
         let [lower, upper] = self.bounds;
@@ -190,7 +190,7 @@ pub enum Scale {
 }
 
 impl Scale {
-    /// The share of its range that a parameter has covered, from 0 at its lower bound to 1 at its upper one.
+    /// The position of a value within its range, from 0 at the lower bound to 1 at the upper one.
     #[must_use]
     pub fn share(self, [lower, upper]: [f64; 2], value: f64) -> f64 {
         match self {
@@ -199,7 +199,7 @@ impl Scale {
         }
     }
 
-    /// The value of a parameter at a share of its range, cut to its bounds.
+    /// The value at a position within the range, clamped to the bounds.
     #[must_use]
     pub fn value(self, [lower, upper]: [f64; 2], share: f64) -> f64 {
         let value = match self {
@@ -209,7 +209,7 @@ impl Scale {
         value.clamp(lower, upper)
     }
 
-    /// A slope by the share of its range, from one by a parameter at a value.
+    /// Converts a derivative with respect to a parameter into one with respect to the position within its range.
     #[must_use]
     pub fn slope(self, [lower, upper]: [f64; 2], value: f64, slope: f64) -> f64 {
         match self {
@@ -309,7 +309,7 @@ impl Parameters {
         self.design().into_iter().filter(|&index| !self.0[index].catalogue.is_empty()).collect()
     }
 
-    /// The same, with those of these indices no longer the design search's to change.
+    /// The same with the parameters at these indices held: the design search no longer changes them.
     #[must_use]
     pub fn held(&self, indices: &[usize]) -> Self {
         let mut held = self.clone();
@@ -319,8 +319,8 @@ impl Parameters {
         held
     }
 
-    /// The least a value can be within the bounds of its parameters, or less where a parameter stands in it more than
-    /// once. `None` for a parameter that is not of these.
+    /// A lower bound of a value within the bounds of its parameters; exact if each parameter occurs in it only once.
+    /// `None` if it uses a parameter that is not in this list.
     #[must_use]
     pub fn least(&self, value: Value) -> Option<f64> {
         match value {

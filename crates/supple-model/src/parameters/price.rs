@@ -6,7 +6,7 @@ use supple_kernels::math;
 use super::{Named, Parameter, Parameters, Role};
 use supple_text::digits;
 
-/// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.9).
+/// The price of a parameter's value `phi`, in the units of budgets (theory, equation N.9).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -15,9 +15,9 @@ pub enum Price {
     Inverse(f64),
     /// `c phi`
     Linear(f64),
-    /// `c ln(reference / phi)`: the same for every halving; nothing at the reference, which `phi` may not exceed.
+    /// `c ln(reference / phi)`: the same for every halving; 0 at the reference, which `phi` may not exceed.
     Log {
-        /// `c`, of a reduction by the factor e.
+        /// `c`, the price of a reduction by the factor e.
         coefficient: f64,
         /// The value that has no price.
         reference: f64,
@@ -82,7 +82,7 @@ impl Price {
         {
             return Err(format!("needs a reference above 0; found {}", digits(reference)));
         }
-        // All forms rise or fall throughout.
+        // All forms are monotonic.
         let least = self.at(lower).min(self.at(upper));
         if !self.at(lower).max(self.at(upper)).is_finite() {
             return Err(format!("is not finite within the bounds [{lower}, {upper}]"));
@@ -94,16 +94,16 @@ impl Price {
     }
 }
 
-/// What a design's prices are.
+/// Prices of a design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PriceReport {
     /// The sum, in units of the budget.
     pub total: f64,
-    /// What the sum may be at most; none where there is no budget.
+    /// Budget for the total; `None` if there is no budget.
     pub budget: Option<f64>,
-    /// Nats that a unit of price counts as in what designs minimise.
+    /// Weight of the price in the design objective, nats per unit.
     pub weight_nats_per_unit: f64,
-    /// What designs minimise: information, and price with its weight, nats.
+    /// The design objective: information plus weighted price, nats.
     pub objective_nats: f64,
     /// The price of each parameter that has one.
     pub parameters: Named,
@@ -115,7 +115,7 @@ impl Parameter {
         self.price.is_some() || self.catalogue.iter().any(|entry| entry.price.is_some())
     }
 
-    /// What a value costs: the price of the entry of its catalogue, and without one that of its form, or nothing.
+    /// The price of a value: that of its catalogue entry if there is one, else that of its price form, else 0.
     fn price_at(&self, value: f64) -> f64 {
         let of_entry = self.entry(value).and_then(|entry| entry.price);
         of_entry.or(self.price.map(|price| price.at(value))).unwrap_or(0.0)
@@ -141,8 +141,8 @@ impl Parameters {
         Named(priced.map(|(parameter, &value)| (parameter.name.clone(), parameter.price_at(value))).collect())
     }
 
-    /// The sum of all prices as a search meets them that moves through the values `phi`: of parameters that it moves,
-    /// the prices of their forms, smooth; those of entries count where the search holds the parameter at one.
+    /// The sum of all prices as seen by a search through the values `phi`: for design parameters the smooth price forms;
+    /// the prices of catalogue entries count only for parameters that the search holds at one.
     #[must_use]
     pub fn price_in_search(&self, phi: &[f64]) -> f64 {
         let price = |(parameter, &value): (&Parameter, &f64)| match parameter.role {

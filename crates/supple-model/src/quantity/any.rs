@@ -16,7 +16,7 @@ use crate::physics::Point;
 #[derive(Clone, Debug)]
 pub struct Quantity(Arc<dyn Kind>);
 
-/// What is asked of a quantity whose kind is not known.
+/// Interface of a quantity whose kind is erased.
 trait Kind: Any + Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn len(&self) -> usize;
@@ -77,10 +77,10 @@ impl<Q: Measurable> From<Q> for Quantity {
     }
 }
 
-/// The numbers of a quantity as a function of all that it may depend on.
+/// The numbers of a quantity as a function of all possible inputs.
 struct Numbers<'a>(&'a dyn Kind);
 
-/// What the inputs of such a function are.
+/// Unpacks the inputs of such a function.
 fn known<'a, S: Scalar>(inputs: &[&'a [S]]) -> (Point<'a, S>, Known<'a, S>) {
     let input = |place: usize| inputs.get(place).copied().unwrap_or_default();
     let time_step = input(3).first().copied().unwrap_or_else(S::zero);
@@ -105,7 +105,7 @@ impl Quantity {
         self.0.name()
     }
 
-    /// The quantity as one of a known kind; none where it is of another.
+    /// The quantity as a given kind; `None` if it is of another kind.
     pub fn as_kind<Q: Measurable>(&self) -> Option<&Q> {
         let kind: &dyn Any = &*self.0;
         kind.downcast_ref()
@@ -155,7 +155,7 @@ impl Quantity {
         self.0.needs_next()
     }
 
-    /// How many targets a cost must give where it gives any; the target of all others is 0.
+    /// How many targets a cost must give if it gives any; the remaining targets are 0.
     pub fn least_targets(&self) -> usize {
         self.0.least_targets()
     }
@@ -165,7 +165,7 @@ impl Quantity {
         self.0.needs_target()
     }
 
-    /// The place among the model's signals of a number that follows one signal.
+    /// Index of the signal, if this entry is a signal of the model.
     #[must_use]
     pub fn signal_of(&self, entry: usize) -> Option<usize> {
         self.0.signal_of(entry)

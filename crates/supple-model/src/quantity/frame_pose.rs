@@ -7,7 +7,7 @@ use crate::Value;
 use crate::channels::Channel;
 use crate::physics::Point;
 
-/// Position of a frame in the world, m, and its turn from a reference orientation, rad, or `lever` times it.
+/// Position of a frame in the world, m, and its rotation from a reference orientation, rad, optionally times `lever`.
 #[derive(Clone, Debug)]
 pub struct FramePose {
     point: FramePoint,

@@ -6,7 +6,7 @@ use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::Point;
 
-/// Turn of a frame from a reference orientation in the world, rad: half the skew part of `R_reference' R`, the sine of
+/// Rotation of a frame from a reference orientation in the world, rad: half the skew part of `R_reference' R`, the sine of
 /// the angle along the axis.
 #[derive(Clone, Debug)]
 pub struct FrameTurn {

@@ -8,7 +8,7 @@ use crate::parameters::Parameters;
 
 /// How a kind of quantity is read from a task file.
 pub trait QuantityFile: Measurable + Sized {
-    /// The keys of its table, but for `kind` and those of what it is used for.
+    /// The keys of its table, except `kind` and those of its use as a sensor, cost, limit or curve.
     type File: for<'de> Deserialize<'de> + Described;
 
     /// Whether all of this kind depend on the control.
@@ -21,7 +21,7 @@ pub trait QuantityFile: Measurable + Sized {
     fn build(file: Self::File, vocabulary: &Vocabulary) -> Result<Self, Unfit>;
 }
 
-/// Reads a quantity from the keys of its own.
+/// Reads a quantity from its own keys.
 type Build = fn(Reader, &Vocabulary) -> Result<Result<Quantity, Unfit>, ReadError>;
 
 /// How one kind is read.
@@ -66,7 +66,7 @@ impl Kinds {
     }
 }
 
-/// What a quantity in a file may be and refer to.
+/// Context for reading a quantity: the kinds that exist, and what it may refer to.
 #[derive(Clone, Copy, Debug)]
 pub struct Context<'a> {
     /// The kinds that the file may name.

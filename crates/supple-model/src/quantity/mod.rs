@@ -67,12 +67,12 @@ pub use state::State;
 pub use state_and_control::StateAndControl;
 pub use vocabulary::{Unfit, Vocabulary};
 
-/// What is known at a point beside state, control and parameters.
+/// Inputs of quantities besides state, control and parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Known<'a, S> {
     /// The model's signals.
     pub signals: &'a [S],
-    /// The next state; empty where nothing needs it.
+    /// The next state; empty if nothing needs it.
     pub next: &'a [S],
 }
 
@@ -130,7 +130,7 @@ pub trait Measurable: Debug + Send + Sync + 'static {
         values
     }
 
-    /// Whether it depends on the control: then it is not in the final cost, and cannot be measured, as controls
+    /// Whether it depends on the control. If so, it is excluded from the final cost, and cannot be measured, as controls
     /// are chosen after measuring.
     fn depends_on_control(&self) -> bool {
         false
@@ -146,7 +146,7 @@ pub trait Measurable: Debug + Send + Sync + 'static {
         false
     }
 
-    /// How many targets a cost must give where it gives any; the target of all others is 0.
+    /// How many targets a cost must give if it gives any; the remaining targets are 0.
     fn least_targets(&self) -> usize {
         self.len()
     }
@@ -156,7 +156,7 @@ pub trait Measurable: Debug + Send + Sync + 'static {
         false
     }
 
-    /// The place among the model's signals of a number that follows one signal.
+    /// Index of the signal, if this entry is a signal of the model.
     fn signal_of(&self, _entry: usize) -> Option<usize> {
         None
     }

@@ -5,7 +5,7 @@ use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::Point;
 
-/// How deep a contact is, negative when apart, m.
+/// Penetration depth of a contact, negative when apart, m.
 #[derive(Clone, Debug)]
 pub struct Penetration {
     signal: usize,

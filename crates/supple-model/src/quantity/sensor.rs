@@ -37,7 +37,7 @@ struct File {
     variance: OneOrMore,
 }
 
-/// How the table of a sensor at a place gives its noise.
+/// The noise specification in the table of a sensor at a place.
 pub struct Noise<'a> {
     document: &'a Document<'a>,
     at: &'a [Place<'a>],
@@ -46,7 +46,7 @@ pub struct Noise<'a> {
 }
 
 impl<'a> Noise<'a> {
-    /// Which key it has, and the table with `variance` in its place.
+    /// Finds the noise key of a table, and returns the table with that key read as `variance`.
     ///
     /// # Errors
     /// Where it has both.
@@ -62,7 +62,7 @@ impl<'a> Noise<'a> {
     /// The variance of each of `count` entries, from what the key gives.
     ///
     /// # Errors
-    /// Where there are neither one nor as many, or one is not above 0.
+    /// If there is neither one variance nor `count` of them, or one is not above 0.
     pub fn variances(&self, given: OneOrMore, count: usize, parameters: &Parameters) -> Result<Vec<Value>, FileError> {
         let wrong = |message: String| Unfit::new(self.key, message).at(self.document, self.at);
         let each = given.each(count).map_err(wrong)?;

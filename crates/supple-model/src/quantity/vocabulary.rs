@@ -13,19 +13,19 @@ pub struct Vocabulary {
     pub channels: Channels,
     /// Names of the states.
     pub states: Vec<String>,
-    /// Names of the joints, of which `q.NAME` and `v.NAME` are states.
+    /// Names of the joints, whose states are `q.NAME` and `v.NAME`.
     pub joints: Vec<String>,
-    /// Names of the joints that a task has taken out.
+    /// Names of the joints that a task has locked.
     pub locked: Vec<String>,
     /// Names of the frames, whose signals come first.
     pub frames: Vec<String>,
     /// Names of the model's signals.
     pub signals: Vec<String>,
-    /// Names of the elements of compliance, of which `NAME.FORCE` are signals.
+    /// Names of the elements of compliance, whose signals are `NAME.FORCE`.
     pub couplings: Vec<String>,
-    /// Elastic joints, and the elements of compliance of which `q.NAME` and `v.NAME` are states of their motors.
+    /// Elastic joints, each with the element of compliance whose `q.NAME` and `v.NAME` are the states of its motor.
     pub motors: Vec<(String, String)>,
-    /// The drives, in the order of the controls; none where they have no joints.
+    /// The drives, in the order of the controls; empty if they have no joints.
     pub drives: Vec<Drive>,
     /// Sensors of the robot's file.
     pub file_sensors: Vec<FileSensor>,
@@ -44,7 +44,7 @@ pub struct Unfit {
 }
 
 impl Unfit {
-    /// Without advice.
+    /// An error without advice.
     pub fn new(key: &'static str, message: impl Into<String>) -> Self {
         Self { key, message: message.into(), help: None }
     }
@@ -55,7 +55,7 @@ impl Unfit {
         Self { help: Some(help.into()), ..self }
     }
 
-    /// The error of a file that has the table at a place.
+    /// The corresponding file error, for a table at a place.
     #[must_use]
     pub fn at(self, document: &Document, at: &[Place]) -> FileError {
         let at: Vec<Place> = at.iter().copied().chain([self.key.into()]).collect();
@@ -69,7 +69,7 @@ impl Unfit {
     }
 }
 
-/// Signals of elements that are no forces: deflections begin with this.
+/// Prefix of those signals of elements that are deflections rather than forces.
 pub const DEFLECTION: &str = "deflection";
 
 impl Vocabulary {
@@ -114,7 +114,7 @@ impl Vocabulary {
         self.signals.get(place).map_or("", String::as_str)
     }
 
-    /// What is wrong with the name of a joint or of a state, where that is one of a locked joint.
+    /// The error if the name of a joint, or of one of its states, belongs to a locked joint.
     fn if_locked(&self, key: &'static str, name: &str) -> Option<Unfit> {
         let (message, help) = locked_message(name, &self.locked)?;
         Some(Unfit { help: Some(help), ..Unfit::new(key, message) })
@@ -153,12 +153,12 @@ impl Vocabulary {
         place.map(frame_signals).ok_or_else(unknown)
     }
 
-    /// The name of the frame that a signal is of.
+    /// The name of the frame that a signal belongs to.
     pub fn frame_of(&self, signal: usize) -> &str {
         self.frames.get(signal / frame_signals(1)).map_or("", String::as_str)
     }
 
-    /// The places of signals with whole names.
+    /// Indices of signals by their full names.
     pub fn signals_of(&self, names: &[String]) -> Result<Vec<usize>, Unfit> {
         let find = |name: &String| {
             // Signals of the robot as a whole come last.
@@ -212,8 +212,8 @@ impl Vocabulary {
         Ok(named.filter(|(_, name)| name.starts_with(DEFLECTION) == deflections).collect())
     }
 
-    /// The places of an element's forces or deflections by name; of all where none are given, but for the depth of a
-    /// contact, which is no force.
+    /// Indices of an element's forces or deflections by name; all if no names are given, except the depth of a
+    /// contact, which is not a force.
     pub fn coupling(
         &self,
         coupling: &str,
@@ -273,7 +273,7 @@ impl Vocabulary {
     pub fn coupling_channel(&self, place: usize) -> Channel {
         let name = self.signal_name(place);
         let (element, signal) = name.rsplit_once('.').unwrap_or(("", name));
-        // What acts on a slide is a force.
+        // What acts on a prismatic joint is a force.
         if signal == "torque" && self.torque_unit(element) == "N" {
             return Channel::new(format!("{element}.force"), "N");
         }
@@ -288,9 +288,9 @@ impl Vocabulary {
         Channel::new(name, unit)
     }
 
-    /// The unit of the position of what an element acts on; empty where that is not known.
+    /// The unit of the position that an element acts on; empty if unknown.
     fn deflection_unit(&self, element: &str) -> &str {
-        // Springs of joints that the task inserts have the names of these.
+        // Springs of inserted joints are named as their joints.
         let joint = self.motors.iter().find(|(_, own)| own == element).map_or(element, |(joint, _)| joint);
         let state = self.states.iter().position(|state| *state == format!("q.{joint}"));
         state.and_then(|place| self.channels.states.get(place)).map_or("", |channel| channel.unit.as_str())

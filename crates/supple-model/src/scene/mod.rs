@@ -1,7 +1,7 @@
-//! What a plan looks like over time: bodies, the forces between them, and what the controller knows of where they are.
+//! A plan as an animation: bodies, the forces between them, and the controller's estimate of their positions.
 //!
 //! A model that can be drawn gives a [`Picture`] at one point ([`Model::picture`](crate::Model::picture)); a [`Scene`]
-//! is the film of them along a plan, at no more than [`MOST_FRAMES`] times.
+//! is the sequence of them along a plan, at no more than [`MOST_FRAMES`] times.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,13 +24,13 @@ pub struct Scene {
     pub time: Track<1>,
     /// A typical length of what is drawn, m: that of the robot when stretched, for sizes of marks.
     pub size: f64,
-    /// What is there.
+    /// The bodies.
     pub bodies: Vec<Body>,
     /// Springs, bushings and contacts.
     pub connections: Vec<Connection>,
-    /// How well points are known.
+    /// Uncertainty of points.
     pub beliefs: Vec<PointBelief>,
-    /// Walls, and how well their places are known.
+    /// Walls, and the uncertainty of their positions.
     pub walls: Vec<Wall>,
 }
 
@@ -59,7 +59,7 @@ pub struct Shape {
     pub position: [f64; 3],
     /// How it is turned in that frame.
     pub rotation: [f64; 4],
-    /// Whether it only shows where something can go, as rails do: pictures may cut it off.
+    /// Whether it only shows a range of motion, as rails do; pictures may crop it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub guide: bool,
 }
@@ -136,14 +136,14 @@ pub struct Connection {
     pub torque: Track<3>,
 }
 
-/// How well the place of a point is known.
+/// Uncertainty of a point's position.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointBelief {
     /// Its name.
     pub name: String,
     /// Where it is on the plan.
     pub position: Track<3>,
-    /// Covariance of where it is given all measurements so far, m^2: xx, xy, xz, yy, yz, zz. To first order about the
+    /// Covariance of its position given all measurements so far, m^2: xx, xy, xz, yy, yz, zz. To first order about the
     /// plan: `J Sigma J'` with the Jacobian `J` of the point by the state.
     pub covariance: Track<6>,
 }
@@ -201,7 +201,7 @@ pub fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
     products.map(|entry| sign * entry / length)
 }
 
-/// The rotation, by rows, whose third column is the direction `axis`, of any length above 0; z where it has none.
+/// A rotation, by rows, whose third column points along `axis`, of any non-zero length; along z if it is zero.
 #[must_use]
 pub fn turned_to(axis: [f64; 3]) -> [[f64; 3]; 3] {
     use supple_robot::vector::{cross, dot, scale, sub};

@@ -13,7 +13,7 @@ pub struct Picture {
     pub landmarks: Vec<Landmark>,
 }
 
-/// A body where it is.
+/// A body at its pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedBody {
     /// Its name.
@@ -26,7 +26,7 @@ pub struct PlacedBody {
     pub pose: Pose,
 }
 
-/// A connection as it is.
+/// A connection at one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedConnection {
     /// Its name.
@@ -43,7 +43,7 @@ pub struct PlacedConnection {
     pub torque: [f64; 3],
 }
 
-/// A point whose place is not known exactly.
+/// A point with uncertain position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmark {
     /// Its name.
@@ -61,12 +61,12 @@ pub enum LandmarkKind {
     Wall {
         /// The wall's normal, out of it, of length 1.
         normal: [f64; 3],
-        /// The point that may touch it, m: the plate is drawn where it goes.
+        /// The point that may touch the wall, m: the plate is drawn to cover its path.
         touch: [f64; 3],
     },
 }
 
-/// A picture, with where its landmarks are and how they move with the state.
+/// A picture with the positions of its landmarks and their derivatives with respect to the state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seen {
     /// The picture.

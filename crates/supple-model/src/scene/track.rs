@@ -4,7 +4,7 @@ use serde_json::value::RawValue;
 
 /// Rows of `N` numbers over time: one row per frame, or a single one where nothing changes.
 ///
-/// Numbers are rounded to seven digits of the largest, which no one sees and which keeps files small. In JSON it is a
+/// Numbers are rounded to seven digits of the largest one, which is invisible and keeps files small. In JSON it is a
 /// list of lists (of plain numbers for `N = 1`) on one line; numbers that are not finite are `null` there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track<const N: usize>(pub Vec<[f64; N]>);
@@ -20,7 +20,7 @@ impl<const N: usize> Track<N> {
         Self(rows)
     }
 
-    /// The row of a frame; none where there are no rows.
+    /// The row of a frame; `None` if there are no rows.
     #[must_use]
     pub fn at(&self, frame: usize) -> Option<&[f64; N]> {
         self.0.get(frame).or(self.0.last())
@@ -39,7 +39,7 @@ impl<const N: usize> Serialize for Track<N> {
         } else {
             serde_json::to_string(&self.0.iter().map(|row| &row[..]).collect::<Vec<_>>())
         };
-        // Raw text stays on one line where the rest of a file is indented.
+        // Raw text stays on one line even if the rest of a file is indented.
         let raw = text.and_then(RawValue::from_string).map_err(serde::ser::Error::custom)?;
         raw.serialize(serializer)
     }
@@ -74,10 +74,10 @@ pub fn round(entries: &mut [f64]) {
     let finite = entries.iter().map(|entry| entry.abs()).filter(|entry| entry.is_finite());
     let largest = finite.fold(0.0, f64::max);
     if largest > 0.0 {
-        // Digits after the point; more than 300 would be zeros of subnormal numbers.
+        // Decimal places; more than 300 would only be zeros of subnormal numbers.
         let digits = (6.0 - largest.log10().floor()).clamp(0.0, 300.0) as usize;
-        // To the number nearest to the decimal one, which has the fewest digits in files: quotients of exact numbers are
-        // that. Beyond the powers of ten that are exact it takes a way by text.
+        // Round to the float nearest to the decimal number, which prints with the fewest digits: a quotient of exact numbers
+        // is that float. Beyond the exact powers of ten, go through text instead.
         let power = (digits <= EXACT_POWERS).then(|| (0..digits).fold(1.0, |power, _| 10.0 * power));
         for entry in entries {
             let rounded = match power {

@@ -35,7 +35,7 @@ pub struct Arrays {
     pub qN: Option<Matrices>,
 }
 
-/// What a system needs of the arrays.
+/// The arrays as a system uses them.
 pub(super) struct Checked {
     pub size: Dimensions,
     /// `[A B]`, n x (n + m).
@@ -46,7 +46,7 @@ pub(super) struct Checked {
     pub last: Matrices,
 }
 
-/// Which array: its name, and what it is called where it is not finite.
+/// An array's name, and its description for errors about non-finite entries.
 struct Named {
     name: &'static str,
     what: &'static str,
@@ -58,7 +58,7 @@ macro_rules! named {
     };
 }
 
-/// Checks one array: how many matrices of which shape, all of them finite.
+/// Checks one array: number and shape of matrices, and that all are finite.
 fn check(array: &Matrices, named: Named, count: usize, (rows, cols): (usize, usize)) -> Result<(), Error> {
     let Named { name, what } = named;
     let counted = if array.is_constant() { count } else { array.count() };
@@ -77,7 +77,7 @@ fn check(array: &Matrices, named: Named, count: usize, (rows, cols): (usize, usi
 }
 
 impl Arrays {
-    /// `A`, `B`, `C`, `Q` and `R`, with all else left out.
+    /// `A`, `B`, `C`, `Q` and `R`, with everything else left at its default.
     #[allow(non_snake_case)]
     #[must_use]
     pub fn new([A, B, C, Q, R]: [Matrices; 5]) -> Self {
@@ -159,7 +159,7 @@ impl Arrays {
     }
 }
 
-/// Zeros to put arrays into: constant ones where all of them are.
+/// Zeros into which arrays are combined: a constant matrix if all of them are constant.
 fn together(parts: &[Option<&Matrices>], steps: usize, rows: usize, cols: usize) -> Matrices {
     let is_constant = parts.iter().flatten().all(|part| part.is_constant());
     if is_constant { Matrices::constant(rows, cols) } else { Matrices::zeros(steps, rows, cols) }

@@ -23,57 +23,57 @@ use crate::{Channels, Limit, Model, ParameterHandle, Point, Value};
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
 ///
-/// The physics is recorded as a graph, differentiated there, and compiled to one program per function; each is made
-/// when it is first asked for. It is the same at every step.
+/// The physics is recorded as a graph, differentiated there, and compiled to one program per function; each program is
+/// compiled on first use. Programs are the same at every step.
 #[derive(Debug)]
 pub struct Authored<M> {
     pub(super) model: M,
     costs: Vec<Cost>,
     followed: Vec<Followed>,
-    /// Limits that plans keep; none where there are none.
+    /// Limits that plans enforce; `None` if there are none.
     pub(super) kept: Option<Kept>,
-    /// Names of the model, by which numbers that are followed are called.
+    /// Names of the model, used to label recorded numbers.
     vocabulary: OnceLock<Vocabulary>,
     time_step: Value,
     pub(super) parameters: usize,
     pub(super) size: Dimensions,
     /// Into how many steps of integration the model divides a time step.
     pub(super) substeps: usize,
-    /// Whether costs of stages are given the next state.
+    /// Whether stage costs take the next state as an input.
     pub(super) gives_next: bool,
-    /// Which of its entries they depend on.
+    /// Which entries of the next state they depend on.
     counting_of_next: OnceLock<Vec<usize>>,
     pub(super) programs: Programs,
-    /// The same with wider contacts and friction, by two parameters more.
+    /// The same with wider contacts and friction, using two additional parameters.
     widened: OnceLock<Option<Box<Self>>>,
 }
 
 #[derive(Debug, Default)]
 pub(super) struct Programs {
     step: OnceLock<Program>,
-    /// With the time step as one parameter more.
+    /// With the time step as an additional parameter.
     step_over: OnceLock<Program>,
     advance: OnceLock<Program>,
     observe: OnceLock<Program>,
     picks: OnceLock<Option<Vec<usize>>>,
     cost: [OnceLock<Program>; 2],
     dynamics_jacobian: OnceLock<Program>,
-    /// With the time step as one parameter more.
+    /// With the time step as an additional parameter.
     dynamics_jacobian_with: OnceLock<Program>,
     measurement_jacobian: OnceLock<Program>,
-    /// By curvature, of a stage and of the end.
+    /// One per curvature, for a stage and for the end.
     cost_quadratic: [[OnceLock<Program>; 2]; 2],
     dynamics_curvature: OnceLock<Program>,
     responses: OnceLock<Program>,
     second_derivatives: OnceLock<SecondDerivatives>,
     curvature_along: OnceLock<Program>,
-    /// How landmarks move with the states.
+    /// Derivatives of the landmarks with respect to the states.
     landmarks: OnceLock<Program>,
     contract_dynamics: OnceLock<Program>,
     contract_curvature: OnceLock<Program>,
     contract_measurement: OnceLock<Program>,
     contract_cost: [[OnceLock<Program>; 2]; 2],
-    /// Of each [`GradientOf`].
+    /// One per [`GradientOf`].
     parameter_gradient: [OnceLock<Program>; 4],
     parameter_gradient_along: [OnceLock<Program>; 4],
 }
@@ -103,7 +103,7 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// The same with quantities that are followed along plans.
+    /// The same with quantities to record along plans.
     #[must_use]
     pub fn following(self, followed: Vec<Followed>) -> Self {
         Self { kept: Kept::of(&followed), followed, ..self }
@@ -149,23 +149,23 @@ impl<M: Model> Authored<M> {
         self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian())
     }
 
-    /// The time step is one parameter more, as in [`Self::with_time_step`].
+    /// The time step is an additional parameter, as in [`Self::with_time_step`].
     fn step_over_program(&self) -> &Program {
         self.program(&self.programs.step_over, |r| r.of_any_time_step().step())
     }
 
-    /// So many steps of integration; `phi` as of [`Self::with_time_step`].
+    /// A step of `substeps` integration steps; `phi` as returned by [`Self::with_time_step`].
     fn step_over<'a>(&'a self, phi: &'a [f64], substeps: usize) -> Step<'a> {
         let (next, jacobian) = (self.step_over_program(), self.jacobian_with_program());
         Step { next, jacobian, phi, size: self.size, substeps }
     }
 
-    /// The time step is one parameter more, as in [`Self::with_time_step`].
+    /// The time step is an additional parameter, as in [`Self::with_time_step`].
     fn jacobian_with_program(&self) -> &Program {
         self.program(&self.programs.dynamics_jacobian_with, |r| r.of_any_time_step().dynamics_jacobian())
     }
 
-    /// The parameters that programs of any time step take.
+    /// The parameters followed by the time step, as programs for arbitrary time steps take them.
     fn with_time_step(&self, phi: &[f64], time_step: f64) -> Vec<f64> {
         [&phi[..self.parameters], &[time_step]].concat()
     }
@@ -188,13 +188,13 @@ impl<M: Model> Authored<M> {
         self.program(&self.programs.contract_cost[which(curvature)][0], |r| r.contract_cost(curvature, false))
     }
 
-    /// Stages and end, where they are, but for stages whose cost is given the next state.
+    /// Batches of stages and end that are not empty, without the stages if their cost takes the next state.
     fn parts_of_cost(&self, at: &Points) -> impl Iterator<Item = (bool, Batch)> + use<M> {
         let gives_next = self.gives_next;
         parts(at).into_iter().filter(move |&(last, batch)| batch.count > 0 && (last || !gives_next))
     }
 
-    /// `[l_zz | l_z]`; with costates, where the cost of stages is given the next state, as
+    /// `[l_zz | l_z]`; if stage costs take the next state, costates are treated as in
     /// [`write_quadratics_of_next`](Self::write_quadratics_of_next).
     fn write_quadratics(
         &self,
@@ -222,13 +222,13 @@ impl<M: Model> Authored<M> {
         self.program(&self.programs.cost[0], |r| r.cost(false))
     }
 
-    /// Those of products with second derivatives: of the responses, and of the curvature along a direction.
+    /// The programs for products with second derivatives: responses, and curvature along a direction.
     pub(super) fn product_programs(&self) -> [&Program; 2] {
         let responses = self.program(&self.programs.responses, |r| r.responses());
         [responses, self.program(&self.programs.curvature_along, |r| r.curvature_along())]
     }
 
-    /// The gradient by the parameters, or its derivative along a variation.
+    /// The gradient with respect to the parameters, or its derivative along a variation.
     pub(super) fn gradient_program(&self, of: GradientOf, along: bool) -> &Program {
         let programs = &self.programs;
         if along {
@@ -238,7 +238,7 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// Adds the second derivatives of `lambda' f` of a step of integration by `z`, given the costates `after`.
+    /// Adds the second derivatives of `lambda' f` of an integration step with respect to `z`, given the costates `after`.
     pub(super) fn add_step_curvature(
         &self,
         (at, phi, after): (Points, &[f64], Source),
@@ -258,8 +258,8 @@ impl<M: Model> Authored<M> {
     }
 }
 
-/// Up to how many unknowns of a step one program finds all second derivatives of the dynamics by state and control. It grows
-/// with the third power of their number: beyond, a program finds those by the unknowns too, and products do the rest.
+/// Greatest number of unknowns for which one program computes all second derivatives of the dynamics. Its size grows with
+/// their cube; beyond it, a program treats the unknowns as variables too, and matrix products do the rest.
 const MOST_UNKNOWNS: usize = 16;
 
 impl<M: Model> System for Authored<M> {
@@ -496,8 +496,8 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        // Where costs are given the next state, one run of the step's second derivatives serves both: for its costates and
-        // for those that the cost begins.
+        // If costs take the next state, one evaluation of the step's second derivatives serves both the given costates and
+        // those that originate from the cost.
         self.write_quadratics((at, phi), (Curvature::Exact, Some(costates)), out, scratch);
         if !self.gives_next {
             self.add_dynamics_curvature(at, phi, costates, out, scratch);
@@ -596,7 +596,7 @@ impl<M: Model> System for Authored<M> {
     }
 }
 
-/// The place of programs that differ by curvature.
+/// Index of the programs for a curvature.
 fn which(curvature: Curvature) -> usize {
     usize::from(curvature == Curvature::Exact)
 }

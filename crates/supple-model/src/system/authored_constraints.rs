@@ -1,4 +1,4 @@
-//! The limits that plans keep, of authored models.
+//! Enforced limits of authored models.
 
 use std::sync::OnceLock;
 
@@ -30,7 +30,7 @@ impl<M: Model> Authored<M> {
     }
 }
 
-/// Only systems that have limits to keep give themselves as [`Constraints`].
+/// Systems without enforced limits do not expose this.
 impl<M: Model> Constraints for Authored<M> {
     fn ends(&self) -> Vec<KeptEnd> {
         let Some(Kept { ends, .. }) = &self.kept else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! Time steps of several sub-steps, of authored models: each function of a step is that of its parts, composed.
+//! Time steps of several sub-steps, of authored models: each function of a step is composed from those of its sub-steps.
 
 use supple_kernels::graph::{Batch, Source};
 use supple_kernels::{Matrices, Scratch};
@@ -20,7 +20,7 @@ impl<M: Model> Authored<M> {
         self.substeps > 1
     }
 
-    /// Whether derivatives of stages are composed of those of their steps of integration.
+    /// Whether derivatives of stages are composed from those of their integration steps.
     pub(super) fn is_composed(&self) -> bool {
         self.is_divided() || self.gives_next
     }
@@ -37,7 +37,7 @@ impl<M: Model> Authored<M> {
         cost[0]
     }
 
-    /// From the state after the first sub-step, that after all of them; `from` is room for a state.
+    /// Continues from the state after the first sub-step through all others; `from` is scratch space for a state.
     pub(super) fn go_on(&self, from: &mut [f64], next: &mut [f64], mut step: impl FnMut(&[f64], &mut [f64])) {
         for _ in 1..self.substeps {
             from.copy_from_slice(next);
@@ -116,8 +116,8 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// From adjoints of the Jacobians of sub-steps, slopes by their points and vectors `ends` by the states after the
-    /// stages: slopes by the stages' `z`, added to `total`, and by the parameters.
+    /// Given adjoints of the sub-steps' Jacobians, slopes at their points, and vectors `ends` at the stages' final states,
+    /// adds the slopes with respect to the stages' `z` to `total`, and those with respect to the parameters.
     pub(super) fn collect(
         &self,
         (steps, phi): (&Substeps, &[f64]),
@@ -175,7 +175,7 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// How the points of sub-steps and the costates after them vary.
+    /// The variations of the sub-steps' points and of the costates after them.
     fn vary(
         &self,
         steps: &Substeps,

@@ -1,4 +1,4 @@
-//! The points of a batch as programs read them.
+//! The points of a batch as sources for programs.
 
 use supple_kernels::Matrices;
 use supple_kernels::graph::{Batch, Source};
@@ -20,12 +20,12 @@ pub(super) fn parts(at: &Points) -> [(bool, Batch); 2] {
     [(false, Batch { first: 0, count: at.stages }), (true, end)]
 }
 
-/// What is read at the points themselves.
+/// Sources that are read at the points themselves.
 pub(super) fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
     [at.states.into(), at.controls.into()]
 }
 
-/// A source that is read at the state after.
+/// A source that is read at the next state.
 pub(super) fn after(matrices: &Matrices) -> Source<'_> {
     Source { matrices, shift: 1 }
 }

@@ -3,19 +3,19 @@ use supple_kernels::{Matrices, Scratch};
 use super::Points;
 use crate::Channel;
 
-/// An end of a limit that plans keep.
+/// One side of an enforced limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptEnd {
     /// What is limited.
     pub channel: Channel,
-    /// Whether it is the most that the number may be, and otherwise the least.
+    /// Whether it is the upper bound; otherwise it is the lower one.
     pub upper: bool,
 }
 
-/// Limits of a task that its plans keep: `e(x, u) <= 0` at every step, with one excess `e` for each end of a limit.
+/// Limits of a task that its plans enforce: `e(x, u) <= 0` at every step, with one excess `e` for each side of a limit.
 ///
-/// Ends of numbers that depend on the control hold at stages 0 to N - 1, those of others at 1 to N: the first state is
-/// given. Where an end does not hold, its excess is minus infinity. `z = (x, u)`; matrices are those of [`Matrices`].
+/// Bounds on numbers that depend on the control apply at stages 0 to N - 1, the others at 1 to N: the first state is
+/// given. Where a bound does not apply, its excess is minus infinity. `z = (x, u)`; matrices are those of [`Matrices`].
 pub trait Constraints: Send + Sync {
     /// The ends, q of them, in the order of excesses.
     fn ends(&self) -> Vec<KeptEnd>;
@@ -23,10 +23,10 @@ pub trait Constraints: Send + Sync {
     /// The bounds of the ends at `phi`, q of them, in the units of their numbers.
     fn bounds(&self, phi: &[f64]) -> Vec<f64>;
 
-    /// By how much each number is beyond its end at every point: vectors of length q.
+    /// How far each number is beyond its bound at every point: vectors of length q.
     fn excesses(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
 
-    /// `e_z` at every point: q x (n + m); zeros in rows of ends that do not hold there.
+    /// `e_z` at every point: q x (n + m); rows of bounds that do not apply there are zero.
     fn excess_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
 
     /// Adds `(mu' e)_zz` to the square part of `out`, (n + m) x (n + m + 1), at every point; `multipliers` are vectors of
@@ -40,8 +40,8 @@ pub trait Constraints: Send + Sync {
         scratch: &mut Scratch,
     );
 
-    /// Adds to `parameters` the gradient by `phi` of `sum mu' e`, or with a variation the derivative of that gradient
-    /// along it.
+    /// Adds to `parameters` the gradient of `sum mu' e` with respect to `phi`, or, with a variation, its derivative
+    /// along that variation.
     fn add_excess_parameter_gradient(
         &self,
         at: Points,

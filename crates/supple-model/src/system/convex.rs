@@ -2,13 +2,13 @@ use supple_kernels::Matrices;
 
 use supple_lqg::mend;
 
-/// Makes second derivatives of costs convex where they are not, for [`Curvature::GaussNewton`](super::Curvature): each
-/// square part of the `[l_zz | l_z]` matrices, `joint` x `joint`, becomes the nearest positive semidefinite one. How
-/// many had to change.
+/// Makes non-convex second derivatives of costs convex, for [`Curvature::GaussNewton`](super::Curvature): each square
+/// part of the `[l_zz | l_z]` matrices, `joint` x `joint`, becomes the nearest positive semidefinite one. Returns how
+/// many were changed.
 ///
-/// Matrices that are semidefinite but for rounding stay as they are, which one factorisation each tells. So do those
-/// with entries that are not finite, which plans report. A system that calls this writes every entry of its matrices
-/// each time, also those that are 0.
+/// Matrices that are semidefinite up to rounding are unchanged, which one factorisation each decides. So are those
+/// with non-finite entries, which plans report. A system that calls this must write every entry of its matrices
+/// each time, including zeros.
 pub fn make_convex(quadratics: &mut Matrices, joint: usize) -> usize {
     let stride = quadratics.stride();
     let mut changed = 0;

@@ -3,11 +3,11 @@ use supple_kernels::{Matrices, Scratch};
 
 use super::{Points, System, Times};
 
-/// Newton steps at most. What is linear in the controls takes one, and dry friction some.
+/// Greatest number of Newton steps. Dynamics linear in the controls take one, dry friction several.
 const STEPS: usize = 20;
 
-/// The controls that keep the system at the state `x` as nearly as they can, length m (theory, equation P.3b): gravity
-/// compensation, where every joint has a drive. Zeros where they cannot be found.
+/// The controls, length m, that keep the system at the state `x` as closely as possible (theory, equation P.3b): gravity
+/// compensation, if every joint has a drive. Zeros if they cannot be found.
 pub fn holding_controls(system: &dyn System, x: &[f64], phi: &[f64]) -> Vec<f64> {
     let mut found = vec![0.0; system.dimensions().controls];
     let mut missed = miss(system, x, &found, phi);

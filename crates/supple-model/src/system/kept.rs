@@ -4,7 +4,7 @@ use supple_kernels::graph::Program;
 
 use crate::followed::{Ends, Followed};
 
-/// The limits that plans of a task keep, and the programs of their excesses: of a stage, and of the end.
+/// The enforced limits of a task, and the programs of their excesses: for a stage, and for the end.
 #[derive(Debug)]
 pub(super) struct Kept {
     pub ends: Ends,
@@ -16,7 +16,7 @@ pub(super) struct Kept {
 }
 
 impl Kept {
-    /// Those among what is followed; none where no limit is kept.
+    /// Those of the enforced limits in `followed`; `None` if no limit is enforced.
     pub fn of(followed: &[Followed]) -> Option<Self> {
         let cells = || [OnceLock::new(), OnceLock::new()];
         Some(Self {

@@ -1,6 +1,6 @@
-//! What solvers call: a model and its costs as plain functions of `f64` with all derivatives, over batches of points.
+//! The interface to solvers: a model and its costs as plain functions of `f64` with all derivatives, over batches.
 //!
-//! [`Authored`] gives all of it for every [`Model`](crate::Model) by differentiation, and [`Sequence`] for arrays of
+//! [`Authored`] implements it for every [`Model`](crate::Model) by differentiation, and [`Sequence`] for arrays of
 //! matrices. A system whose derivatives come from elsewhere implements [`System`] itself.
 
 use supple_kernels::{Matrices, Scratch};
@@ -46,7 +46,7 @@ pub use sequence::Sequence;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Curvature {
-    /// Those of the norm alone: never indefinite, for iterating. Where a cost has no norm, those of all of it, made
+    /// Those of the norm alone: never indefinite, for use in iterations. For a cost without a norm, the full ones, made
     /// convex by [`make_convex`].
     GaussNewton,
     /// All of them.
@@ -54,7 +54,7 @@ pub enum Curvature {
     Exact,
 }
 
-/// Adjoints of knots whose cost has this curvature.
+/// Adjoints of knots, with the curvature of the cost in those knots.
 #[derive(Clone, Copy, Debug)]
 pub struct Adjoints<'a> {
     /// The adjoints.
@@ -66,11 +66,11 @@ pub struct Adjoints<'a> {
 /// A controlled system with costs and all derivatives that planning and design need.
 ///
 /// `phi` holds all parameters, `t` is the step, from 0; matrices are those of [`Matrices`], `z = (x, u)`. Functions may
-/// differ from step to step. Methods write every entry that can be non-zero and rely on the others being zero, so each
-/// output belongs to one system for its life.
+/// differ from step to step. Methods write every entry that can be non-zero and rely on the others being zero, so an
+/// output must be used with one system only.
 ///
-/// Functions at single points are called where points come one by one; batches and roll-outs are methods of their own,
-/// for systems that do better than to go through their points.
+/// Functions of single points are used where points arrive one by one. Batches and roll-outs are separate methods, so
+/// that a system can do better than looping over its points.
 pub trait System: Send + Sync {
     /// Lengths of state, control and measurement.
     fn dimensions(&self) -> Dimensions;
@@ -83,12 +83,12 @@ pub trait System: Send + Sync {
         Channels::plain(self.state_names(), self.dimensions())
     }
 
-    /// What states and controls must stay within for the real thing.
+    /// Limits of states and controls of the real robot.
     fn limits(&self) -> Vec<Limit> {
         Vec::new()
     }
 
-    /// Its contacts; none where it has none, or they are not known.
+    /// Its contacts; empty if it has none, or they are not known.
     fn contacts(&self) -> Vec<Contact> {
         Vec::new()
     }
@@ -103,12 +103,12 @@ pub trait System: Send + Sync {
         Vec::new()
     }
 
-    /// What it looks like at a point; none where it cannot be drawn.
+    /// Its picture at a point; `None` if it cannot be drawn.
     fn picture(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Option<Seen> {
         None
     }
 
-    /// The number of steps N; none if unlimited.
+    /// The number of steps N; `None` if unlimited.
     fn steps(&self) -> Option<usize> {
         None
     }
@@ -128,7 +128,7 @@ pub trait System: Send + Sync {
     /// `y = g(x)` at step t = 0..N.
     fn observe(&self, t: usize, x: &[f64], phi: &[f64], y: &mut [f64]);
 
-    /// Which state each measurement is, where every one is just a state; none where any is not, or that is not known.
+    /// The state that each measurement equals, if every measurement is simply a state; `None` if not, or if unknown.
     fn picks(&self) -> Option<&[usize]> {
         None
     }
@@ -139,7 +139,7 @@ pub trait System: Send + Sync {
     /// The final cost `l_N(x)`.
     fn final_cost(&self, x: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
 
-    /// Names of the terms of the cost; empty where they are not known apart.
+    /// Names of the terms of the cost; empty if they are not available separately.
     fn cost_names(&self) -> Vec<String> {
         Vec::new()
     }
@@ -149,17 +149,17 @@ pub trait System: Send + Sync {
         Vec::new()
     }
 
-    /// The numbers that are followed along plans at `phi`: of quantities that costs weigh, limits and curves.
+    /// The numbers recorded along plans at `phi`: of quantities in costs, limits and curves.
     fn followed(&self, _phi: &[f64]) -> Vec<FollowedNumber> {
         Vec::new()
     }
 
-    /// These numbers at a point, in the same order; those that depend on the control mean nothing at the end.
+    /// These numbers at a point, in the same order; those that depend on the control are meaningless at the end.
     fn follow(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 
-    /// The limits that plans keep; none where there are none.
+    /// The limits that plans keep; `None` if there are none.
     fn constraints(&self) -> Option<&dyn Constraints> {
         None
     }
@@ -171,8 +171,8 @@ pub trait System: Send + Sync {
         }
     }
 
-    /// [`System::step_all`] with each step of integration in `parts` equal ones: of systems with
-    /// [sub-steps](System::substeps). Others have none, and say so by numbers that are none.
+    /// [`System::step_all`] with each integration step divided into `parts` equal ones, for systems with
+    /// [sub-steps](System::substeps). Other systems return NaN to signal that they have none.
     fn step_all_in(&self, _parts: usize, _: Points, _phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
         next.as_mut_slice().fill(f64::NAN);
     }
@@ -212,8 +212,8 @@ pub trait System: Send + Sync {
         out.as_mut_slice().fill(f64::NAN);
     }
 
-    /// `[A B]` at one point at step t, were the time step `time_step`, s: one matrix, n x (n + m). None where that is
-    /// not known.
+    /// `[A B]` at one point at step t if the time step were `time_step`, s: one matrix, n x (n + m). `None` if this is not
+    /// available.
     fn dynamics_jacobian_with(
         &self,
         _t: usize,
@@ -225,14 +225,14 @@ pub trait System: Send + Sync {
         None
     }
 
-    /// Into how many steps of integration a time step is divided, where tasks can choose that.
+    /// Number of integration steps per time step, if tasks can choose it.
     fn substeps(&self) -> Option<usize> {
         None
     }
 
-    /// The same system with wider and softer contacts, and friction that sets in over higher speeds, with which
-    /// planning finds contacts from afar. It has two parameters more, after all others: the length by which contacts
-    /// are wider, m, and the speed by which friction is, m/s or rad/s. None where there are neither contacts nor
+    /// The same system with wider and softer contacts, and friction that builds up over higher speeds, so that
+    /// planning senses contacts at a distance. It has two additional parameters at the end: the length by which contacts
+    /// are wider, m, and the speed by which friction is, m/s or rad/s. `None` if there are neither contacts nor
     /// friction.
     fn widened(&self) -> Option<&dyn System> {
         None
@@ -254,8 +254,8 @@ pub trait System: Send + Sync {
         scratch: &mut Scratch,
     );
 
-    /// The second derivatives of the Lagrangian `l + lambda' f`, and the slopes of `l` alone: those of
-    /// [`System::cost_quadratics`], exact, with what [`System::add_dynamics_curvature`] adds.
+    /// The second derivatives of the Lagrangian `l + lambda' f`, and the gradient of `l` alone: the exact
+    /// [`System::cost_quadratics`] plus what [`System::add_dynamics_curvature`] adds.
     fn lagrangian_quadratics(
         &self,
         at: Points,
@@ -273,7 +273,7 @@ pub trait System: Send + Sync {
         false
     }
 
-    /// What multiplies the second derivatives of `lambda_{t+1}' f` by `z` with vectors, where finding all of them is costly.
+    /// Multiplies second derivatives of `lambda_{t+1}' f` with vectors; provided if computing all of them is costly.
     fn curvature_products<'a>(
         &'a self,
         _at: Points<'a>,
@@ -284,7 +284,7 @@ pub trait System: Send + Sync {
         None
     }
 
-    /// Whether [`System::contract`] takes Gauss-Newton curvature, which it then is smooth in point and parameters.
+    /// Whether [`System::contract`] supports Gauss-Newton curvature, which must then be smooth in point and parameters.
     fn has_smooth_gauss_newton(&self) -> bool {
         false
     }

@@ -1,5 +1,5 @@
-//! Costs of stages that depend on the next state: their programs are given it, and what they say of it goes through the
-//! steps of integration that lead there (theory, section "Costs of the next state").
+//! Stage costs that depend on the next state: their programs take it as an input, and derivatives with respect to it
+//! are propagated through the integration steps that lead there (theory, section "Costs of the next state").
 
 use supple_kernels::graph::{Batch, Source};
 use supple_kernels::rows::{Left, Long, Product, View, ViewMut, transpose};
@@ -20,7 +20,7 @@ pub(super) struct GivenNext<'a> {
     next: Matrices,
     /// `P_k`
     products: Matrices,
-    /// The entries of the next state that count.
+    /// The entries of the next state that costs depend on.
     counting: &'a [usize],
     /// Lengths of `z`, and of `z` with these entries.
     joint: usize,
@@ -28,7 +28,7 @@ pub(super) struct GivenNext<'a> {
 }
 
 impl GivenNext<'_> {
-    /// What costs read: states, controls and next states.
+    /// Inputs of costs: states, controls and next states.
     fn sources(&self) -> [Source<'_>; 3] {
         let Points { states, controls, .. } = self.steps.points();
         [states.into(), controls.into(), (&self.next).into()]
@@ -38,7 +38,7 @@ impl GivenNext<'_> {
         Batch { first: 0, count: self.steps.stages }
     }
 
-    /// The rows of a stage's `P_s` that count.
+    /// The rows of a stage's `P_s` for entries of the next state that costs depend on.
     fn rows(&self, stage: usize) -> impl Iterator<Item = &[f64]> {
         let (product, stride) =
             (self.products.at(self.steps.last() + self.steps.stages + stage), self.products.stride());
@@ -69,7 +69,7 @@ impl GivenNext<'_> {
         out
     }
 
-    /// Adds `l` by the next state to vectors of the last sub-steps.
+    /// Adds the gradient of `l` with respect to the next state to vectors of the last sub-steps.
     pub fn add_slopes_by_next(&self, quadratics: &Matrices, ends: &mut Matrices) {
         for i in 0..self.steps.stages {
             let end = ends.vector_mut(self.steps.last() + i);
@@ -102,7 +102,7 @@ impl GivenNext<'_> {
         }
     }
 
-    /// The entries that count.
+    /// Picks the entries that costs depend on.
     fn pick(&self, next: &[f64], out: &mut [f64]) {
         out.iter_mut().zip(self.counting).for_each(|(to, &row)| *to = next[row]);
     }
@@ -164,7 +164,7 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// The costates of sub-steps that the cost of a stage begins, alone or beside those at the ends.
+    /// The costates of sub-steps that originate from the stage cost, alone or added to those given at the ends.
     fn costates_of_cost(&self, given: &GivenNext, quadratics: &Matrices, ends: Option<Matrices>) -> Matrices {
         let mut costates = ends.unwrap_or_else(|| given.steps.vectors(self.size.states));
         given.add_slopes_by_next(quadratics, &mut costates);
@@ -172,8 +172,8 @@ impl<M: Model> Authored<M> {
         costates
     }
 
-    /// The gradient of the cost of stages by the parameters, `z` and the next state held fixed, or its derivative along a
-    /// variation of both.
+    /// The gradient of the stage costs with respect to the parameters, with `z` and the next state held fixed, or its
+    /// derivative along a variation of both.
     pub(super) fn add_cost_gradient_of_next(
         &self,
         given: &GivenNext,
@@ -328,7 +328,7 @@ impl Job for Spread<'_> {
     }
 }
 
-/// `R H R'` with the symmetric weights `H` of a point's stage, of which the upper triangles are given, and `2 Q R H`.
+/// `R H R'` with the symmetric weights `H` of a point's stage, given by their upper triangles, and `2 Q R H`.
 struct Weigh<'a> {
     /// `R` of every point.
     rows: &'a Matrices,

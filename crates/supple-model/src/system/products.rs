@@ -17,17 +17,17 @@ pub struct CurvatureProducts<'a> {
     steps: Steps<'a>,
 }
 
-/// What is multiplied.
+/// The stages or sub-steps whose second derivatives are multiplied.
 #[derive(Debug)]
 enum Steps<'a> {
     /// Stages of one step of integration, with their costates.
     Whole(Points<'a>, &'a Matrices),
-    /// Sub-steps with their costates; room for the variations of all of them and for what these give.
+    /// Sub-steps with their costates, and scratch space for the variations of all of them and the resulting products.
     Divided(Box<(Substeps, Matrices, [Matrices; 2])>),
 }
 
 impl<'a> CurvatureProducts<'a> {
-    /// The programs of the responses and of the curvature along one direction; lengths of `z` and of the unknowns; where.
+    /// From the programs of the responses and of the curvature along a direction, the sizes of `z` and `w`, and the points.
     pub(super) fn new(
         programs: [&'a Program; 2],
         sizes: [usize; 2],
@@ -71,9 +71,9 @@ impl<'a> CurvatureProducts<'a> {
 #[derive(Debug)]
 pub(super) struct StepProducts<'a> {
     program: &'a Program,
-    /// How the unknowns respond to each variable of `z`, and what follows them.
+    /// Responses of the unknowns to each variable of `z`, then the multipliers `mu`, then `w`.
     responses: Matrices,
-    /// Directions `(dz, dw)`, and what they give, by `(z, w)`.
+    /// Directions `(dz, dw)`, and the resulting products with respect to `(z, w)`.
     directions: Matrices,
     rates: Matrices,
     joint: usize,
@@ -107,7 +107,7 @@ impl<'a> StepProducts<'a> {
         let (sizes, batch) = ([*joint, *unknowns], Batch { first: 0, count: at.stages });
         dispatch(Respond { sizes, responses, variation, directions });
         let (x, u) = (at.states.into(), at.controls.into());
-        // What is not read stands in for sources of other programs.
+        // Sources that this program does not read are filled with placeholders.
         let sources = [x, u, after, (&*responses).into(), x, x, (&*directions).into()];
         program.run(batch, (&sources, phi), (Some(rates), &mut []), scratch);
         dispatch(Return { sizes, responses, rates, out });

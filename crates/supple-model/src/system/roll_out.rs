@@ -2,10 +2,10 @@ use supple_lqg::{ControlBounds, Policy};
 
 use crate::trajectory::Trajectory;
 
-/// What decides the controls of a noise-free roll-out.
+/// How the controls of a noise-free roll-out are chosen.
 #[derive(Clone, Copy, Debug)]
 pub enum RollOut<'a> {
-    /// The controls that the trajectory has already, from the first state that it has already.
+    /// The controls already in the trajectory, starting from its first state.
     Controls,
     /// `u = ubar + step k + K (x - xbar)`, kept within bounds, from the first state of the reference.
     Law {
@@ -13,7 +13,7 @@ pub enum RollOut<'a> {
         reference: &'a Trajectory,
         /// `K` and `k`.
         policy: &'a Policy,
-        /// Which part of `k` is added.
+        /// Fraction of `k` that is added.
         step: f64,
         /// Bounds that the controls are moved into.
         bounds: Option<&'a ControlBounds>,
@@ -21,14 +21,14 @@ pub enum RollOut<'a> {
 }
 
 impl RollOut<'_> {
-    /// Writes the first state of `out`, where it is not the one that is there.
+    /// Writes the first state of `out`, unless it is already there.
     pub fn start(&self, out: &mut Trajectory) {
         if let Self::Law { reference, .. } = self {
             out.states.vector_mut(0).copy_from_slice(reference.states.vector(0));
         }
     }
 
-    /// Writes the control at step `t`, length m, given the state `x`, length n; leaves it where it is given already.
+    /// Writes the control at step `t`, length m, given the state `x`, length n; unchanged if it is already given.
     #[inline(always)]
     pub fn control(&self, t: usize, x: &[f64], u: &mut [f64]) {
         let Self::Law { reference, policy, step, bounds } = self else { return };
@@ -39,8 +39,8 @@ impl RollOut<'_> {
     }
 }
 
-/// A roll-out by one step after the other: `advance` writes the next state at a step, a state and a control, and returns the
-/// cost of the stage. Returns the sum of these. Allocates nothing.
+/// A roll-out one step at a time: `advance` writes the next state, given step, state and control, and returns the
+/// stage cost. Returns their sum. Does not allocate.
 pub(super) fn step_by_step(
     law: RollOut,
     out: &mut Trajectory,

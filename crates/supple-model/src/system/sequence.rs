@@ -79,7 +79,7 @@ impl Sequence {
     }
 }
 
-/// Which state each row of `C` is, where every row of all of them has a 1 there and zeros beside it.
+/// The state that each row of `C` selects, if in every matrix each row is 1 there and 0 elsewhere.
 #[allow(non_snake_case)]
 fn picks(C: &Matrices) -> Option<Vec<usize>> {
     let state_of = |t: usize, i: usize| {
@@ -189,7 +189,7 @@ impl System for Sequence {
 
     fn add_dynamics_curvature(&self, _: Points, _: &[f64], _: &Matrices, _: &mut Matrices, _: &mut Scratch) {}
 
-    /// The knots are the same at every trajectory, but for the cost's gradient, which has no adjoint.
+    /// The knots do not depend on the trajectory, except for the gradient of the cost, which has no adjoint.
     fn has_smooth_gauss_newton(&self) -> bool {
         true
     }

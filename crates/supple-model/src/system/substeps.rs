@@ -11,7 +11,7 @@ use super::Points;
 use super::batch::at_points;
 use crate::trajectory::Times;
 
-/// Numbers of all Jacobians at most that are kept at a time, but for those of a single stage.
+/// Limit on the total size of the Jacobians held at a time; a single stage may exceed it.
 const MOST_NUMBERS: usize = 1 << 18;
 
 /// A model's step of integration: the programs of the next state and of its Jacobian, at some parameters.
@@ -21,7 +21,7 @@ pub(super) struct Step<'a> {
     pub jacobian: &'a Program,
     pub phi: &'a [f64],
     pub size: Dimensions,
-    /// How many of them a time step has.
+    /// The number of these steps in a time step.
     pub substeps: usize,
 }
 
@@ -81,7 +81,7 @@ impl Step<'_> {
     }
 }
 
-/// The next states at all stages, by a program of one step of integration that is taken so many times.
+/// The next states at all stages, by repeating a program for one integration step.
 pub(super) fn step_repeatedly(
     (program, times): (&Program, usize),
     at: Points,
@@ -100,7 +100,7 @@ pub(super) fn step_repeatedly(
     }
 }
 
-/// The sub-steps of some stages: that number `k` of stage `i` is point `k * stages + i`.
+/// The sub-steps of some stages; sub-step `k` of stage `i` is point `k * stages + i`.
 #[derive(Clone, Debug)]
 pub(super) struct Substeps {
     substeps: usize,
@@ -138,8 +138,8 @@ impl Substeps {
         Matrices::vectors(self.states.count(), len)
     }
 
-    /// `P_k`, how the state before a sub-step follows `z`, and last the Jacobians of the whole steps (theory, equation
-    /// U.10).
+    /// `P_k`, the derivative of the state before a sub-step with respect to `z`; the last are those of whole steps (theory,
+    /// equation U.10).
     pub fn products(&self) -> Matrices {
         let &Self { substeps, stages, size: Dimensions { states: n, .. }, ref jacobians, .. } = self;
         let mut products = Matrices::zeros((substeps + 1) * stages, n, self.size.joint());
@@ -154,7 +154,7 @@ impl Substeps {
         products
     }
 
-    /// Vectors of length n of every sub-step, of which the last have those of `after` from number `first` on.
+    /// Vectors of length n of every sub-step, with those of `after` from number `first` on at the last sub-steps.
     pub fn ending_with(&self, after: &Matrices, first: usize) -> Matrices {
         let mut ends = self.vectors(self.size.states);
         let last = (self.substeps - 1) * self.stages;
@@ -164,8 +164,8 @@ impl Substeps {
         ends
     }
 
-    /// The costates after every sub-step, given those after the stages, of which `after` has the first as number
-    /// `first + 1` (theory, equation U.11).
+    /// The costates after every sub-step, given those after the stages; number `first + 1` of `after` is the
+    /// first of these (theory, equation U.11).
     pub fn costates(&self, after: &Matrices, first: usize) -> Matrices {
         let mut costates = self.ending_with(after, first + 1);
         self.sweep_back(None, &mut costates, None);
@@ -215,12 +215,12 @@ impl Substeps {
         out
     }
 
-    /// The number of the first of the last sub-steps.
+    /// The number of the first point of the last sub-steps.
     pub fn last(&self) -> usize {
         (self.substeps - 1) * self.stages
     }
 
-    /// From vectors `v_1` after the first sub-steps those after all: `v_{k+1} = A_k v_k + b_k`, given `b_k` in their place.
+    /// Propagates vectors `v_1` after the first sub-steps to the end: `v_{k+1} = A_k v_k + b_k`, with `b_k` given in place.
     pub fn sweep_states(&self, vectors: &mut Matrices) {
         let n = self.size.states;
         for after in self.stages..self.states.count() {
@@ -249,7 +249,7 @@ struct Compose<'a> {
     jacobians: &'a Matrices,
     first: usize,
     stages: usize,
-    /// The number of the first `P_k`; none where they are `[I 0]`.
+    /// The number of the first `P_k`; `None` if they are `[I 0]`.
     before: Option<usize>,
     products: &'a mut Matrices,
     /// The number of the first `P_{k+1}`, which may be that of `P_k`.
@@ -396,11 +396,11 @@ impl Job for Collect<'_> {
     }
 }
 
-/// The rows of a matrix `R`: some are those of the identity with the same numbers, the others those of a product.
+/// A matrix `R` with some rows of the identity, at the same indices, and the other rows taken from a product.
 pub(super) struct StackedRows<'a> {
     pub product: &'a [f64],
     pub stride: usize,
-    /// The rows of the product, and of the identity: together all.
+    /// The rows from the product and those from the identity; together they are all rows.
     pub moved: Range<usize>,
     pub kept: Range<usize>,
     pub columns: usize,

@@ -12,7 +12,7 @@ pub(super) mod source {
     pub const CONTROL: usize = 1;
     /// Costates, of the next step.
     pub const COSTATE: usize = 2;
-    /// The next state, of costs that are given it: they have no costates.
+    /// The next state, for costs that take it; these have no costates.
     pub const NEXT: usize = 2;
     /// Adjoints of the knots.
     pub const DYNAMICS: usize = 3;
@@ -30,7 +30,7 @@ pub(super) struct Trace<'a, M> {
     pub time_step: Value,
     /// `z = (x, u)`.
     pub z: Vec<Node>,
-    /// The next state, where costs are given it, and which of its entries they depend on.
+    /// The next state, if costs take it, and which of its entries they depend on.
     next: Option<(Vec<Node>, Vec<usize>)>,
     pub phi: Vec<Node>,
 }
@@ -84,7 +84,7 @@ pub(super) fn values<M: Model, S: Scalar>(
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
 }
 
-/// The next state after all sub-steps, their unknowns solved for on the way, with all derivatives.
+/// The next state after all sub-steps, solving for their unknowns on the way, with all derivatives.
 fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
     let time_step = of_substep(model, at.time_step);
     let mut x = at.x.to_vec();
@@ -133,14 +133,14 @@ impl<'a, M: Model> Trace<'a, M> {
     pub fn new(model: &'a M, time_step: Value, parameters: usize, last: bool) -> Self {
         let size = model.dimensions();
         let mut z = entries(source::STATE, size.states);
-        // At the end the control is 0, but still a variable, unlike other zeros.
+        // At the end the control is 0, but remains a variable, unlike other zeros.
         let control = |i| if last { Node::zero().opaque() } else { Node::entry(source::CONTROL, i) };
         z.extend((0..size.controls).map(control));
         Self { model, time_step, z, next: None, phi: (0..parameters).map(Node::parameter).collect() }
     }
 
-    /// The same with the next state given. Those of its entries are variables of costs which the costs of stages depend on;
-    /// none without any.
+    /// The same with the next state as an input. Those of its entries that the stage costs depend on become variables;
+    /// none if `costs` is `None`.
     pub fn given_next(self, costs: Option<&[Cost]>) -> Self {
         let next = entries(source::NEXT, self.model.dimensions().states);
         let given = Self { next: Some((next.clone(), Vec::new())), ..self };
@@ -159,7 +159,7 @@ impl<'a, M: Model> Trace<'a, M> {
         self.next.as_ref().map_or(&[], |(_, counting)| counting)
     }
 
-    /// What costs depend on: `z`, and entries of the next state where they are given it.
+    /// Variables of costs: `z`, and entries of the next state if they take it.
     pub fn of_cost(&self) -> Vec<Node> {
         let next = self.next.iter().flat_map(|(next, counting)| counting.iter().map(|&i| next[i]));
         self.z.iter().copied().chain(next).collect()
@@ -170,7 +170,7 @@ impl<'a, M: Model> Trace<'a, M> {
         step_solved(self.model, &self.substep(&[]))
     }
 
-    /// Where all but the dynamics is evaluated.
+    /// The point at which everything except the dynamics is evaluated.
     fn point(&self) -> Point<'_, Node> {
         let (x, u) = self.z.split_at(self.model.dimensions().states);
         Point { x, u, phi: &self.phi, time_step: self.time_step.resolve(&self.phi), w: &[] }
@@ -195,12 +195,12 @@ impl<'a, M: Model> Trace<'a, M> {
         (next, self.balance(w))
     }
 
-    /// `f` of a step of integration, with what its unknowns are defined by.
+    /// `f` of an integration step, with the equation that defines its unknowns.
     pub fn dynamics(&self) -> Dynamics {
         self.dynamics_with(|w| self.mass(w))
     }
 
-    /// The same for derivatives of `r`, which have its mass matrix among them: it is taken from there, at no cost.
+    /// The same for derivatives of `r`: these contain the mass matrix, so it is taken from there at no extra cost.
     pub fn dynamics_to_linearise(&self) -> Dynamics {
         self.dynamics_with(|w| jacobian(&self.balance(w), w))
     }
@@ -271,7 +271,7 @@ impl<'a, M: Model> Trace<'a, M> {
 /// The dynamics `f(z; phi) = F(z, w; phi)` with unknowns `w(z; phi)` such that `r(z, w; phi) = 0`, `r_w = M` (theory,
 /// equation U.1).
 ///
-/// In derivatives of `F` and `r`, `w` counts as a variable of its own. Along `z_j` it moves by `W_j = -M^-1 r_{z_j}`,
+/// In derivatives of `F` and `r`, `w` is an independent variable. Along `z_j` it changes by `W_j = -M^-1 r_{z_j}`,
 /// and `f` by `F_{z_j} + F_w W_j` (theory, equations U.2 and U.3).
 pub(super) struct Dynamics {
     /// `F` at the unknowns.

@@ -7,7 +7,7 @@ use supple_kernels::{Dual, Scalar};
 
 use super::range::Range;
 
-/// An expression of parameters. Copies are free: each expression is kept once, as long as the program runs.
+/// An expression of parameters. Copies are free: each distinct expression is stored once until the program exits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expression(&'static Tree);
 
@@ -55,7 +55,7 @@ impl Function {
     ];
 }
 
-/// Exponents up to this are done by multiplications.
+/// Integer powers up to this exponent use multiplications.
 const MOST_MULTIPLIED: f64 = 64.0;
 
 static KEPT: Mutex<Vec<&'static Tree>> = Mutex::new(Vec::new());
@@ -71,13 +71,13 @@ impl Expression {
         Self(new)
     }
 
-    /// Its place among all expressions that are kept.
+    /// Its index among all stored expressions.
     pub(super) fn place(self) -> usize {
         let kept = KEPT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         kept.iter().position(|known| std::ptr::eq(*known, self.0)).unwrap_or(usize::MAX)
     }
 
-    /// The one at a place.
+    /// The expression with this index.
     pub(super) fn at(place: usize) -> Option<Self> {
         let kept = KEPT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         kept.get(place).map(|tree| Self(tree))
@@ -112,7 +112,7 @@ impl Expression {
         self.parameters().into_iter().map(slope).collect()
     }
 
-    /// What it can be at most and at least, given the bounds of all parameters; wider than that where a parameter stands in
+    /// Bounds on its values, given the bounds of all parameters; conservative if a parameter occurs in
     /// it more than once.
     pub fn range(self, bounds: &impl Fn(usize) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
         self.0.range(bounds).map(|Range { lower, upper }| [lower, upper])
@@ -193,7 +193,7 @@ impl Tree {
     }
 }
 
-/// A power with a constant exponent: whole ones of any base, others of bases above 0.
+/// A power with a constant exponent: integer exponents for any base, others for bases above 0.
 fn power<S: Scalar>(base: S, exponent: f64) -> S {
     if exponent.fract() == 0.0 && exponent.abs() <= MOST_MULTIPLIED {
         let (mut left, mut square, mut product) = (exponent.abs() as u32, base, S::one());

@@ -65,7 +65,7 @@ impl Value {
         }
     }
 
-    /// What a text in the place of a number means: the name of a parameter, or an expression of their names.
+    /// Interprets text in place of a number: the name of a parameter, or an expression of parameter names.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -82,7 +82,7 @@ impl Value {
             return Err(undeclared(text, declared));
         }
         let known = |name: &str| index_of(name).ok_or_else(|| undeclared(name, declared));
-        // `a-b` may be meant as a name as well as a difference.
+        // `a-b` may be intended as a name or as a difference.
         let tree = parse::parse(text, &mut { known })
             .map_err(|error| if is_name(text) { undeclared(text, declared) } else { error })?;
         let expression = Expression::new(tree);
@@ -134,7 +134,7 @@ impl Value {
         }
     }
 
-    /// What to say of a value that can be as low as `least`, where that is too low.
+    /// Message for a value that can be as low as `least`, if that is too low.
     #[must_use]
     pub fn found(self, least: f64) -> String {
         let least = digits(least);
@@ -169,7 +169,7 @@ impl Default for Value {
     }
 }
 
-/// What to say of text in place of a number that names no parameter.
+/// Message for text in place of a number that is not the name of a parameter.
 fn undeclared(name: &str, declared: &[String]) -> String {
     if name.parse::<f64>().is_ok() {
         return format!("write numbers without quotes; found \"{name}\"");
@@ -184,7 +184,7 @@ pub fn is_name(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
 }
 
-/// A name as files write it in keys: quoted where it must be.
+/// A name as written in keys of files, quoted if necessary.
 #[must_use]
 pub fn as_key(name: &str) -> Cow<'_, str> {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
@@ -212,7 +212,7 @@ impl OneOrMore {
     /// The number of each of `len` entries.
     ///
     /// # Errors
-    /// Where there are neither one nor as many: what is valid, and what was found.
+    /// If there is neither one number nor `len` of them: what is valid, and what was found.
     pub fn each(self, len: usize) -> Result<Vec<Value>, String> {
         match self.0 {
             list if list.len() == len => Ok(list),

@@ -2,7 +2,7 @@ use std::cell::RefCell;
 
 use super::Value;
 
-/// The names of parameters that the values of a file may use, and which of them they did.
+/// The names of parameters that the values of a file may use, and which of them were used.
 #[derive(Debug, Default)]
 pub struct Names {
     declared: Vec<String>,
@@ -17,7 +17,7 @@ impl Names {
         Self { declared, used }
     }
 
-    /// What a text in the place of a number means: a parameter, or an expression of parameters. They count as used.
+    /// Interprets text in place of a number as a parameter or an expression of parameters, which are marked as used.
     ///
     /// # Errors
     /// What is wrong with it.

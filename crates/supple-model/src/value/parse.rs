@@ -1,4 +1,4 @@
-//! Text as an expression.
+//! Parses text into an expression.
 
 use winnow::Parser;
 use winnow::ascii::{float, multispace0};
@@ -8,13 +8,13 @@ use winnow::token::{any, take_till, take_while};
 
 use super::expression::{Function, Operator, Tree};
 
-/// Characters that an expression has at most, and open parentheses.
+/// Limits on the length of an expression, and on its open parentheses.
 const MOST_CHARACTERS: usize = 500;
 const MOST_OPEN: usize = 50;
 
 type Result<T> = winnow::Result<T, ContextError>;
 
-/// What stands in the place of a name while it is parsed.
+/// What a name resolves to during parsing.
 #[derive(Debug)]
 enum Parsed {
     Number(f64),
@@ -24,7 +24,7 @@ enum Parsed {
     Call(String, Box<Parsed>),
 }
 
-/// The expression that a text is, with the index of each name; or what is wrong with it.
+/// Parses text into an expression, given the index of each name; the error describes what is wrong.
 pub(super) fn parse(
     text: &str,
     index_of: &mut impl FnMut(&str) -> std::result::Result<usize, String>,
@@ -75,7 +75,7 @@ fn bind(
     })
 }
 
-/// Applies an operator to what stands on its sides.
+/// Applies an operator to its two operands.
 type Applied = fn(&mut &str, Parsed, Parsed) -> Result<Parsed>;
 
 fn sum(input: &mut &str) -> Result<Parsed> {

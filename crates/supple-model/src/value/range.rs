@@ -2,7 +2,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use supple_kernels::math;
 
-/// The numbers from a lower to an upper one. Arithmetic encloses all results; what has none is from minus to plus infinity.
+/// An interval. Arithmetic encloses all results; undefined results give minus to plus infinity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
     pub lower: f64,
@@ -13,7 +13,7 @@ impl Range {
     /// All numbers.
     pub const ALL: Self = Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY };
 
-    /// Between the least and the greatest of some numbers.
+    /// The smallest interval containing some numbers.
     fn around(numbers: &[f64]) -> Self {
         if numbers.iter().any(|number| number.is_nan()) {
             return Self::ALL;
@@ -23,7 +23,7 @@ impl Range {
         Self { lower, upper }
     }
 
-    /// Of a function that rises.
+    /// The range of an increasing function.
     fn rising(self, function: impl Fn(f64) -> f64) -> Self {
         Self::around(&[function(self.lower), function(self.upper)])
     }
@@ -44,7 +44,7 @@ impl Range {
         self.rising(math::tanh)
     }
 
-    /// Of a sine or cosine.
+    /// The range of a sine or cosine.
     pub fn of_circle(self) -> Self {
         Self { lower: -1.0, upper: 1.0 }
     }

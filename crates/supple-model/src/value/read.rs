@@ -1,16 +1,16 @@
-//! Values from files. Serde hands no context to nested fields, so a value asks its reader by the name [`VALUE`], and a
-//! reader that knows the names of parameters answers with what a text means.
+//! Reads values from files. Serde passes no context to nested fields, so a value requests itself by the name [`VALUE`],
+//! and a reader that has the names of parameters responds with the meaning of the text.
 
 use serde::de::{self, Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
 use super::{Expression, Names, ParameterHandle, Value};
 
-/// The name of the newtype struct as which values ask readers for themselves.
+/// The newtype name by which values identify themselves to readers.
 pub const VALUE: &str = "$supple::Value";
 
 impl Value {
-    /// Gives a value to a visitor that asked by [`VALUE`]: parameters and expressions as numbers of 128 bits, which no
-    /// format of files has.
+    /// Gives a value to a visitor that requested [`VALUE`]: parameters and expressions are encoded as 128-bit numbers, which
+    /// no file format has.
     pub(crate) fn visit<'de, V: Visitor<'de>, E: Error>(self, visitor: V) -> Result<V::Value, E> {
         match self {
             Self::Number(number) => visitor.visit_f64(number),
@@ -20,7 +20,7 @@ impl Value {
     }
 }
 
-/// Reads one value, and fails on everything else.
+/// Visitor that reads one value, and fails on everything else.
 struct One;
 
 impl<'de> Visitor<'de> for One {
@@ -49,7 +49,7 @@ impl<'de> Visitor<'de> for One {
         let expression = usize::try_from(place).ok().and_then(Expression::at);
         expression.map(Value::Expression).ok_or_else(|| E::custom("no such expression"))
     }
-    /// By a reader that knows no names.
+    /// Reached if the reader has no names of parameters.
     fn visit_str<E: Error>(self, text: &str) -> Result<Value, E> {
         Names::default().value(text).map_err(E::custom)
     }

@@ -4,11 +4,11 @@ use supple_text::digits;
 
 use super::Value;
 
-/// Numbers of a symmetric matrix may differ from those across its diagonal by this share of its largest number: what
+/// Relative tolerance for the symmetry of numbers, by the largest number of the matrix: rounding errors of products
 /// rounding leaves of products such as `G G'`.
 const ROUNDING: f64 = 1e-12;
 
-/// An entry of a square matrix that differs from the one across the diagonal by more than rounding, or is another parameter
+/// An entry of a square matrix that differs from its mirror image by more than rounding, or is a different parameter
 /// or expression.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asymmetry {
@@ -18,7 +18,7 @@ pub struct Asymmetry {
     pub column: usize,
     /// The entry itself.
     pub entry: Value,
-    /// The entry in the row of this number and the column of that one.
+    /// Its mirror image, in row `column` and column `row`.
     pub mirrored: Value,
 }
 
@@ -43,10 +43,10 @@ impl Asymmetry {
     }
 }
 
-/// Makes a square matrix symmetric whose numbers are so but for rounding, by the means of each pair.
+/// Makes a square matrix exactly symmetric if its numbers are symmetric up to rounding, by averaging each pair.
 ///
 /// # Errors
-/// The first entry below the diagonal that differs from the one across it.
+/// The first entry below the diagonal that differs from its mirror image.
 pub fn symmetrise(rows: &mut [Vec<Value>]) -> Result<(), Asymmetry> {
     let number = |value: &Value| if let Value::Number(number) = value { number.abs() } else { 0.0 };
     let largest = rows.iter().flatten().map(number).fold(0.0, f64::max);

@@ -107,7 +107,7 @@ fn product(a: &Affine, b: &Affine) -> Affine {
     a.map(|row| [0, 1, 2, 3].map(|column| entry(&row, column)))
 }
 
-/// The matrix of a child of a node; none where it is no transformation.
+/// The matrix of a child of a node; `None` if it is no transformation.
 fn matrix(transform: Node) -> Result<Option<Affine>, String> {
     let name = transform.tag_name().name();
     let needed = match name {

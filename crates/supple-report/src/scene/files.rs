@@ -88,7 +88,7 @@ impl Files {
         if count > MOST_TRIANGLES { MOST_TRIANGLES as f64 / count as f64 } else { 1.0 }
     }
 
-    /// The surface of a body's meshes, with `share` of their triangles; none where none can be shown.
+    /// The surface of a body's meshes, with `share` of their triangles; `None` if none can be shown.
     pub fn surface(&mut self, body: &Body, share: f64) -> Option<Surface> {
         let mut all = Surface::default();
         for mesh in &body.meshes {

@@ -57,7 +57,7 @@ fn contacts(part: &Part, task: usize, _: &mut Plots) -> Option<Markup> {
     (!rows.is_empty()).then(|| table(&titled(part, "Contacts of the plan", task), &head, &rows))
 }
 
-/// When a design touches what, in words; none where the model has no contacts.
+/// When a design touches what, in words; `None` if the model has no contacts.
 pub fn in_words(design: &str, contacts: &[ContactReport]) -> Option<String> {
     let one = |contact: &ContactReport| match (contact.first_s, contact.last_s) {
         (Some(first), Some(last)) => format!(

@@ -38,7 +38,7 @@ pub struct Context<'a, 'p> {
 }
 
 impl Context<'_, '_> {
-    /// What a section has for each task that has it, below a paragraph; none where no task has it.
+    /// What a section has for each task that has it, below a paragraph; `None` if no task has it.
     fn by_task(&mut self, about: &Markup, make: fn(&Part, usize, &mut Plots) -> Option<Markup>) -> Option<Markup> {
         let tasks = 0..self.part.about.tasks.len();
         let shown: Vec<Markup> = tasks.filter_map(|task| make(self.part, task, self.plots)).collect();
@@ -52,7 +52,7 @@ pub struct Kind {
     pub name: &'static str,
     /// Its heading.
     pub title: &'static str,
-    /// Makes it; none where there is no data for it.
+    /// Makes it; `None` if there is no data for it.
     pub make: fn(&mut Context) -> Option<Markup>,
 }
 

@@ -96,7 +96,7 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
     }
 }
 
-/// A table of all limits that plans exceed; none where there are none.
+/// A table of all limits that plans exceed; `None` if there are none.
 pub fn limits(part: &Part) -> Option<Markup> {
     let mut rows = Vec::new();
     for shown in part.designs() {

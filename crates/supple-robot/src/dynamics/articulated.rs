@@ -1,4 +1,4 @@
-//! Inertia of a body whose carried bodies are free to move at their joints.
+//! Inertia of a body whose child bodies are free to move at their joints.
 
 use supple_kernels::Scalar;
 
@@ -8,7 +8,7 @@ use super::step::{Step, add_matrices, mirrored, outer};
 use crate::pose::{add, cross, scale, sub};
 use crate::tree::Motion;
 
-/// Articulated inertia: what a body with acceleration `(angular, linear)` resists with,
+/// Articulated inertia: the wrench required to give a body the acceleration `(angular, linear)`,
 /// `torque = A angular + H linear` and `force = H' angular + L linear`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Articulated<S> {
@@ -43,7 +43,7 @@ impl<S: Scalar> Articulated<S> {
         }
     }
 
-    /// The force for an acceleration of 1 along the joint: the column of this inertia that belongs to it.
+    /// The wrench for unit acceleration along the joint: the column of this inertia for the joint.
     pub fn column(&self, motion: Motion) -> Wrench<S> {
         let column = |matrix: [[S; 3]; 3]| matrix.map(|row| row[2]);
         match motion {
@@ -52,10 +52,10 @@ impl<S: Scalar> Articulated<S> {
         }
     }
 
-    /// What is left where the joint is free: `I - u u' / d`, with `u` the column of the joint, and `d` its entry along
+    /// The inertia that remains when the joint is free: `I - u u' / d`, with the joint's column `u`, and `d` its entry along
     /// the joint plus the `armature`.
     ///
-    /// Along the joint that is `u armature / d`, which is a constant zero where there is no armature.
+    /// Along the joint that is `u armature / d`, a constant zero without armature.
     pub fn freed(&self, motion: Motion, u: &Wrench<S>, inverse: S, armature: S) -> Self {
         let (torque, force) = (scale(inverse, u.torque), scale(inverse, u.force));
         let less = |a: [[S; 3]; 3], b: [[S; 3]; 3]| [0, 1, 2].map(|row| sub(a[row], b[row]));
@@ -82,7 +82,7 @@ impl<S: Scalar> Articulated<S> {
         }
     }
 
-    /// The same in the frame of the body that carries it. With the blocks turned and the origin `r`,
+    /// The same in the frame of the parent body. With the blocks rotated and the origin `r`,
     ///
     /// ```text
     /// L_p = L        H_p = H + [r] L        A_p = A + [r] H' - H_p [r]

@@ -1,4 +1,4 @@
-//! What the links and joints of a robot are in the frames of its bodies.
+//! Links and joints of a robot expressed in the frames of its bodies.
 
 use supple_kernels::Scalar;
 
@@ -6,14 +6,14 @@ use super::inertia::Inertia;
 use crate::pose::constants;
 use crate::{Numbers, Pose, Tree};
 
-/// What is constant in the frames of bodies.
+/// Constants in body frames.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies<S> {
-    /// Each body at joint position 0, in the body that carries it.
+    /// Pose of each body in its parent body, with the joint at position 0.
     pub joints: Vec<Pose<S>>,
     /// The inertia of each body.
     pub inertias: Vec<Inertia<S>>,
-    /// Each link in its body, or in the world.
+    /// Pose of each link in its body, or in the world.
     pub links: Vec<Pose<S>>,
 }
 

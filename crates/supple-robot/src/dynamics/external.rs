@@ -1,4 +1,4 @@
-//! What forces on links from outside are on bodies.
+//! External wrenches on links, converted to wrenches on bodies.
 
 use supple_kernels::Scalar;
 
@@ -6,8 +6,8 @@ use super::{Kinematics, Wrench};
 use crate::Tree;
 use crate::pose::{add, cross};
 
-/// What acts on each body from outside, about the body's origin in the body's axes. What acts on links of the world is
-/// without effect.
+/// The external wrench on each body, about the body's origin in the body's axes. Wrenches on links of the world have
+/// no effect.
 pub(crate) fn on_bodies<S: Scalar>(
     tree: &Tree,
     kinematics: &Kinematics<S>,

@@ -11,17 +11,17 @@ use crate::pose::{add, cross, dot};
 use crate::tree::Motion;
 use crate::{Numbers, Tree};
 
-/// Bodies on one another up to which the mass matrix takes fewer operations than articulated bodies: counted for chains
+/// Depth of the tree up to which the mass matrix takes fewer operations than articulated bodies: counted for chains
 /// of joints at right angles and at any angles.
 const SHALLOW: usize = 9;
 
 /// The accelerations `a` of the degrees of freedom, rad/s^2 or m/s^2, that solve `M a + h = tau + sum J' wrench`.
 ///
 /// `tau` are all forces in the joints, N m or N: those of drives plus [`passive_forces`](crate::passive_forces). `external`
-/// is as in [`inverse_dynamics`]. Where joints follow others, or no more than nine bodies are carried by one another, this
-/// is [`solve`](solve()) with the mass matrix, and else [`articulated_bodies`]: both give the same, and this is what takes
-/// fewer operations. Where the mass matrix is singular, which [`check_inertia`](crate::check_inertia) tells, accelerations
-/// are not finite.
+/// is as in [`inverse_dynamics`]. If joints follow others, or the tree is no deeper than nine bodies, this
+/// uses [`solve`](solve()) with the mass matrix, else [`articulated_bodies`]: both give the same result, and the one with
+/// fewer operations is used. If the mass matrix is singular, which [`check_inertia`](crate::check_inertia) detects, the
+/// accelerations are not finite.
 ///
 /// # Panics
 /// Where `tau` has not one entry by degree of freedom, or `kinematics` are those of another tree.
@@ -32,7 +32,7 @@ pub fn forward_dynamics<S: Scalar>(
     tau: &[S],
     external: &[(usize, Wrench<S>)],
 ) -> Vec<S> {
-    assert_eq!(tau.len(), tree.dofs(), "forces of other dofs");
+    assert_eq!(tau.len(), tree.dofs(), "wrong number of forces");
     if !tree.has_mimic() && tree.depth() > SHALLOW {
         return articulated_bodies(tree, numbers, kinematics, tau, external);
     }
@@ -41,8 +41,8 @@ pub fn forward_dynamics<S: Scalar>(
     solve(mass_matrix(tree, numbers, kinematics), &free)
 }
 
-/// The accelerations that [`forward_dynamics`] gives, by the articulated body algorithm: the number of operations grows
-/// with that of bodies only. For trees in which no joint follows another.
+/// The accelerations of [`forward_dynamics`] by the articulated body algorithm, whose number of operations is linear
+/// in the number of bodies. For trees without joints that follow others.
 ///
 /// # Panics
 /// Where a joint follows another, `tau` has not one entry by degree of freedom, or `kinematics` are those of another
@@ -55,22 +55,22 @@ pub fn articulated_bodies<S: Scalar>(
     external: &[(usize, Wrench<S>)],
 ) -> Vec<S> {
     assert!(!tree.has_mimic(), "a joint follows another");
-    assert_eq!(tau.len(), tree.dofs(), "forces of other dofs");
+    assert_eq!(tau.len(), tree.dofs(), "wrong number of forces");
     let drifts = drifts(tree, kinematics);
     let outside = on_bodies(tree, kinematics, external);
     let joints = swept(tree, numbers, kinematics, &drifts, tau, &outside);
     outward(tree, numbers, kinematics, &drifts, &joints)
 }
 
-/// What the inward sweep leaves of a joint: its acceleration is `(free - column' X a) inverse`, where `X a` is that
-/// which the body that carries it gives.
+/// Result of the inward sweep for a joint: its acceleration is `(free - column' X a) inverse`, where `X a` is that
+/// contributed by the parent body.
 struct Joint<S> {
     column: Wrench<S>,
     inverse: S,
     free: S,
 }
 
-/// How each body accelerates by velocities alone, against the body that carries it.
+/// The velocity-dependent acceleration of each body relative to its parent body.
 fn drifts<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>) -> Vec<Acceleration<S>> {
     let zero = [S::zero(); 3];
     let still = Acceleration::new(zero, zero, zero);
@@ -82,7 +82,7 @@ fn drifts<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>) -> Vec<Acceleratio
     drifts.collect()
 }
 
-/// The sweep from the tips to the world, with the wrenches from outside on bodies.
+/// The sweep from the tips to the world, given the external wrenches on bodies.
 fn swept<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,

@@ -1,4 +1,4 @@
-//! Inertia as mass and its first and second moments, in which everything is linear.
+//! Inertia as mass, first and second moments: a representation in which everything is linear.
 
 use supple_kernels::Scalar;
 
@@ -18,7 +18,7 @@ pub(crate) struct Inertia<S> {
     pub second: [[S; 3]; 3],
 }
 
-/// How the points of a body accelerate: that at `p` by `linear + gradient p`, in the body's axes.
+/// Acceleration field of a body: its point `p` accelerates by `linear + gradient p`, in the body's axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Acceleration<S> {
     /// Acceleration of the body's origin, m/s^2.
@@ -70,7 +70,7 @@ impl<S: Scalar> Inertia<S> {
         }
     }
 
-    /// The same in the frame of the body that carries it: with `g = R first` and the origin `r`,
+    /// The same in the frame of the parent body: with `g = R first` and the origin `r`,
     /// `R J R' + g r' + r g' + m r r'`.
     pub fn inward(&self, step: &Step<S>) -> Self {
         let (turned, r) = (step.inward(self.first), step.origin);
@@ -85,7 +85,7 @@ impl<S: Scalar> Inertia<S> {
         Self { mass: self.mass, first: add(turned, moved), second: mirrored(second) }
     }
 
-    /// The force that accelerates it so, with its torque about the origin.
+    /// The force required for this acceleration, with its torque about the origin.
     ///
     /// ```text
     /// force = sum m (a + W r) = m a + W first        torque = sum m r x (a + W r) = first x a + axial(W J)

@@ -9,11 +9,11 @@ use super::{Kinematics, Wrench, passive_forces};
 use crate::tree::Motion;
 use crate::{Numbers, Tree};
 
-/// The forces `M a + h - sum J' wrench` on the degrees of freedom that give them the accelerations `a`, rad/s^2 or
-/// m/s^2, against inertia, Coriolis forces, gravity and what acts on links from outside: N m or N. Springs, dampers and
+/// The generalised forces `M a + h - sum J' wrench` on the degrees of freedom required for accelerations `a`, rad/s^2 or
+/// m/s^2, including inertia, Coriolis forces, gravity and external wrenches on links: N m or N. Springs, dampers and
 /// friction in joints are left out; see [`passive_forces`].
 ///
-/// `external` is a list of links and what acts on them, about the link's origin in the link's axes.
+/// `external` lists links with the external wrenches on them, about the link's origin in the link's axes.
 ///
 /// # Panics
 /// Where `a` has not one entry by degree of freedom, or `kinematics` are those of another tree.
@@ -24,7 +24,7 @@ pub fn inverse_dynamics<S: Scalar>(
     a: &[S],
     external: &[(usize, Wrench<S>)],
 ) -> Vec<S> {
-    assert_eq!(a.len(), tree.dofs(), "accelerations of other dofs");
+    assert_eq!(a.len(), tree.dofs(), "wrong number of accelerations");
     let moved = &kinematics.moved;
     let world = Moved::world(numbers.gravity);
     let mut accelerations: Vec<Acceleration<S>> = Vec::with_capacity(moved.len());
@@ -48,7 +48,7 @@ pub fn inverse_dynamics<S: Scalar>(
     generalized
 }
 
-/// The force `h - passive` that holds the accelerations at zero: that of Coriolis and gravity, less
+/// The force `h - passive` required for zero accelerations: Coriolis forces and gravity, minus
 /// [`passive_forces`] at `q`, `v` and `smoothing`. With it, `M a + bias = tau`.
 ///
 /// # Panics
@@ -66,7 +66,7 @@ pub fn bias<S: Scalar>(
     needed.into_iter().zip(passive).map(|(needed, passive)| needed - passive).collect()
 }
 
-/// The part of a wrench on a body that its joint does not bear.
+/// The component of a wrench on a body along its joint, which the joint does not transmit.
 pub(crate) fn along<S: Scalar>(motion: Motion, wrench: &Wrench<S>) -> S {
     match motion {
         Motion::Turn => wrench.torque[2],

@@ -31,7 +31,7 @@ pub struct Twist<S> {
 /// A body and its motion, in the body's axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moved<S> {
-    /// From the body that carries it.
+    /// Transform from its parent body.
     pub step: Step<S>,
     /// In the world.
     pub pose: Pose<S>,
@@ -85,13 +85,13 @@ impl<S: Scalar> Kinematics<S> {
         Self::of(tree, numbers, q, &vec![S::zero(); q.len()])
     }
 
-    /// In the same place, but with other velocities `v`, rad/s or m/s, of the degrees of freedom.
+    /// The same positions with other velocities `v`, rad/s or m/s, of the degrees of freedom.
     ///
     /// # Panics
     /// Where `v` has not one entry by degree of freedom.
     #[must_use]
     pub fn moving(&self, tree: &Tree, v: &[S]) -> Self {
-        assert_eq!(v.len(), tree.dofs(), "velocities of other dofs");
+        assert_eq!(v.len(), tree.dofs(), "wrong number of velocities");
         let mut other = self.clone();
         for (index, body) in tree.bodies().iter().enumerate() {
             let carrier = body.parent.map_or(Twist::zero(), |parent| other.moved[parent].twist);
@@ -107,7 +107,7 @@ impl<S: Scalar> Kinematics<S> {
         &self.links
     }
 
-    /// How a link moves in the world, in the link's own axes; at rest where it belongs to the world.
+    /// The velocity of a link relative to the world, in the link's own axes; zero if it belongs to the world.
     ///
     /// # Panics
     /// Where there is no such link.
@@ -119,7 +119,7 @@ impl<S: Scalar> Kinematics<S> {
     }
 }
 
-/// The velocity of a body that moves at `rate` against one with velocity `parent`.
+/// The velocity of a body that moves at `rate` relative to its parent body, which has velocity `parent`.
 fn carried<S: Scalar>(body: &Body, step: &Step<S>, parent: &Twist<S>, rate: S) -> Twist<S> {
     let mut angular = step.outward(parent.angular);
     let mut linear = step.outward(parent.at(step.origin));
@@ -131,7 +131,7 @@ fn carried<S: Scalar>(body: &Body, step: &Step<S>, parent: &Twist<S>, rate: S) -
 }
 
 impl<S: Scalar> Moved<S> {
-    /// How the body accelerates where that which carries it accelerates by `parent`, and its joint by `joint`, rad/s^2
+    /// The acceleration of the body, given that of its parent body, `parent`, and that of its joint, `joint`, rad/s^2
     /// or m/s^2.
     pub fn accelerated(&self, motion: Motion, parent: &Acceleration<S>, joint: S) -> Acceleration<S> {
         let mut angular = self.step.outward(parent.angular);
@@ -148,7 +148,7 @@ impl<S: Scalar> Moved<S> {
         Acceleration::new(linear, angular, self.twist.angular)
     }
 
-    /// The acceleration of a world that is at rest, under gravity: what is at rest is held up.
+    /// The acceleration of the world that accounts for gravity: bodies at rest then need forces that support them.
     pub fn world(gravity: [S; 3]) -> Acceleration<S> {
         let still = [S::zero(); 3];
         Acceleration::new(sub(still, gravity), still, still)

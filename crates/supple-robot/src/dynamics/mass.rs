@@ -25,8 +25,8 @@ pub fn mass_matrix<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, kinematics: &Ki
     mass
 }
 
-/// Calls `add` with the row, the column and the value of every part of the mass matrix that is not a constant zero; of
-/// entries off the diagonal only those on one side of it.
+/// Calls `add` with row, column and value of every part of the mass matrix that is not a constant zero. Of symmetric
+/// pairs off the diagonal, only one entry is passed.
 ///
 /// # Panics
 /// As [`mass_matrix`].
@@ -53,7 +53,7 @@ pub(super) fn for_each_part<S: Scalar>(
     }
 }
 
-/// The inertia of each body with all that it carries.
+/// The composite inertia of each body with everything it carries.
 fn composites<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>) -> Vec<Inertia<S>> {
     let mut composites = kinematics.bodies.inertias.clone();
     for (index, body) in tree.bodies().iter().enumerate().rev() {
@@ -64,7 +64,7 @@ fn composites<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>) -> Vec<Inertia
     composites
 }
 
-/// The force on an inertia at rest that is accelerated by 1 along its joint.
+/// The wrench that accelerates an inertia at rest by 1 along its joint.
 fn unit_force<S: Scalar>(motion: Motion, inertia: &Inertia<S>) -> Wrench<S> {
     let [x, y, _] = inertia.first;
     match motion {

@@ -6,7 +6,7 @@ use super::Kinematics;
 use super::mass::for_each_part;
 use crate::{Numbers, Tree};
 
-/// Pivots of the mass matrix that are smaller than this part of its diagonal count as zero: rounding leaves about
+/// Pivots of the mass matrix below this fraction of its diagonal count as zero; rounding errors are about
 /// 1e-15.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
@@ -44,7 +44,7 @@ pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(
     let mut mass = Sparse::of(tree, numbers, q);
     let diagonal = mass.diagonal.clone();
     let Some(motion) = mass.massless() else { return Ok(()) };
-    // In units in which each joint alone has inertia 1, or any where it has none.
+    // In units in which each joint by itself has inertia 1; any unit if it has none.
     let sizes: Vec<f64> = motion
         .iter()
         .zip(&diagonal)
@@ -55,14 +55,14 @@ pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(
     Err(SingularMass { joints: names.map(|(name, _)| name.clone()).collect() })
 }
 
-/// Degrees of freedom that have to be locked for every motion of the others to move inertia, in ascending order; of
-/// several that move nothing together, the last one. None where [`check_inertia`] finds nothing.
+/// Degrees of freedom to lock so that every motion of the others moves inertia, in ascending order; of
+/// several that jointly move nothing, the last one. Empty if [`check_inertia`] succeeds.
 ///
 /// # Panics
 /// As [`Kinematics::of`].
 #[must_use]
 pub fn massless_joints(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Vec<usize> {
-    // A joint whose drive has inertia moves some: no acceleration of that joint is left that moves none.
+    // Armature gives a joint inertia of its own, so adding it excludes the joint from all remaining massless motions.
     let mut numbers = numbers.clone();
     let mut found = Vec::new();
     while let Err(singular) = check_inertia(tree, &numbers, q) {
@@ -78,7 +78,7 @@ pub fn massless_joints(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Vec<us
 /// A mass matrix without the entries that are always 0.
 struct Sparse {
     diagonal: Vec<f64>,
-    /// Of every row the columns before the diagonal, in ascending order, and their entries.
+    /// For every row, the columns before the diagonal in ascending order, with their entries.
     rows: Vec<Vec<(usize, f64)>>,
 }
 
@@ -96,8 +96,8 @@ impl Sparse {
         for row in &mut rows {
             *row = merged(std::mem::take(row));
         }
-        // Elimination of a row adds to all entries between its columns. The nearest row above gets those columns here,
-        // and passes them on. Only joints that follow others need this: else the columns are the bodies that carry one.
+        // Eliminating a row adds to all entries between its columns. The nearest row above gets those columns here
+        // and passes them on. This matters only if joints follow others; otherwise the columns are a body's ancestors.
         for k in (0..rows.len()).rev() {
             let (above, row) = rows.split_at_mut(k);
             let Some((&(nearest, _), others)) = row[0].split_last() else { continue };
@@ -117,7 +117,7 @@ impl Sparse {
         let least: Vec<f64> = self.diagonal.iter().map(|inertia| SMALLEST_PIVOT * inertia).collect();
         let size = least.len();
         let singular = (0..size).rev().find(|&k| {
-            // False where it is not a number, too.
+            // Also false for NaN.
             let sound = self.diagonal[k] > least[k];
             if sound {
                 self.eliminate(k);

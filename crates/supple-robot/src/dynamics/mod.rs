@@ -15,8 +15,8 @@
 //! which inertias are constant. They differ from the book in one choice: accelerations are those of the bodies' origins
 //! as points, not spatial accelerations, so no linear velocity enters the forces.
 //!
-//! No function branches on values. Most factors are constants, many of them 0 or 1: they are meant to be run over a
-//! scalar that drops these. That is also why the rotation of a joint's frame is kept apart from the rotation by the
+//! No function branches on values. Many factors are the constants 0 or 1, and are meant for a scalar type that
+//! simplifies them away. That is also why the rotation of a joint's frame is kept separate from the rotation by the
 //! joint's angle, and why the axis of every joint is z.
 
 mod articulated;

@@ -48,7 +48,7 @@ pub fn passive_forces_ahead<S: Scalar>(
     smoothing: S,
 ) -> Vec<S> {
     let lengths = (q.len(), resisted.rates.len());
-    assert_eq!(lengths, (tree.dofs(), tree.dofs()), "positions and velocities of other dofs");
+    assert_eq!(lengths, (tree.dofs(), tree.dofs()), "wrong number of positions or velocities");
     let mut forces = vec![S::zero(); tree.dofs()];
     for body in tree.bodies() {
         let joint = &numbers.joints[body.joint];
@@ -62,12 +62,12 @@ pub fn passive_forces_ahead<S: Scalar>(
     forces
 }
 
-/// By how much the forces of [`passive_forces_ahead`] fall with each rate, N m s/rad or N s/m: never negative.
+/// Decrease of the forces of [`passive_forces_ahead`] with each rate, N m s/rad or N s/m: never negative.
 ///
 /// # Panics
 /// As [`passive_forces`].
 pub fn passive_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, resisted: Resisted<S>, smoothing: S) -> Vec<S> {
-    assert_eq!(resisted.rates.len(), tree.dofs(), "velocities of other dofs");
+    assert_eq!(resisted.rates.len(), tree.dofs(), "wrong number of velocities");
     let mut resistance = vec![S::zero(); tree.dofs()];
     for body in tree.bodies() {
         let joint = &numbers.joints[body.joint];

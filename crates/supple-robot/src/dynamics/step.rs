@@ -6,12 +6,12 @@ use crate::pose::add;
 use crate::tree::Motion;
 use crate::{Body, Pose};
 
-/// Where a body is in the one that carries it: a constant pose, and then the motion of the joint along or about z.
+/// Pose of a body in its parent body: a constant pose, followed by the joint's motion along or about z.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step<S> {
     /// The body at joint position 0, in the body that carries it.
     fixed: Pose<S>,
-    /// Sine and cosine of the joint's angle; of 0 where it slides.
+    /// Sine and cosine of the joint's angle; of 0 for a prismatic joint.
     turn: (S, S),
     /// The body's origin in the body that carries it, m.
     pub origin: [S; 3],
@@ -30,12 +30,12 @@ impl<S: Scalar> Step<S> {
         }
     }
 
-    /// A direction of the body, in the axes of the one that carries it.
+    /// Rotates a vector from the body's axes to those of its parent body.
     pub fn inward(&self, v: [S; 3]) -> [S; 3] {
         self.fixed.rotate(turned(self.turn, v))
     }
 
-    /// A direction of the body that carries it, in the axes of the body.
+    /// Rotates a vector from the axes of the parent body to those of the body.
     pub fn outward(&self, v: [S; 3]) -> [S; 3] {
         unturned(self.turn, self.fixed.unrotate(v))
     }

@@ -1,4 +1,4 @@
-//! Forces with their torques.
+//! Forces with torques.
 
 use supple_kernels::Scalar;
 
@@ -26,7 +26,7 @@ impl<S: Scalar> Wrench<S> {
         Self { torque: add(self.torque, other.torque), force: add(self.force, other.force) }
     }
 
-    /// This less the other.
+    /// This minus the other.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self { torque: sub(self.torque, other.torque), force: sub(self.force, other.force) }
     }
@@ -36,7 +36,7 @@ impl<S: Scalar> Wrench<S> {
         Self { torque: scale(factor, self.torque), force: scale(factor, self.force) }
     }
 
-    /// The same about the origin and in the axes of the body that carries it.
+    /// The same about the origin and in the axes of the parent body.
     pub(crate) fn inward(&self, step: &Step<S>) -> Self {
         let force = step.inward(self.force);
         Self { torque: add(step.inward(self.torque), cross(step.origin, force)), force }

@@ -1,4 +1,4 @@
-//! From links and joints that a file names in any order to a [`Robot`]: a tree, the root first, with checked numbers.
+//! Assembles links and joints, which a file may list in any order, into a [`Robot`]: a tree, root first, checked.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -15,10 +15,10 @@ use super::words::{listed, shown};
 use super::xml::Document;
 use crate::{Frame, Joint, Link, Mimic, Robot};
 
-/// Links of a robot, at most.
+/// Greatest number of links of a robot.
 const MOST_LINKS: usize = 20_000;
 
-/// Where links and joints of the file stand in the robot.
+/// Indices in the robot of the links and joints of the file.
 struct Order {
     /// By link in the file.
     links: Vec<usize>,
@@ -26,11 +26,11 @@ struct Order {
     joints: Vec<usize>,
 }
 
-/// Puts the parts together. Joints keep the order of the file, but for those that stand before the joint that carries
+/// Assembles the parts. Joints keep the order of the file, except those listed before the joint that carries
 /// their parent.
 ///
 /// # Errors
-/// Where links and joints do not make one tree with one root, names are used twice or not known, or numbers cannot be.
+/// If links and joints do not form one tree with one root, names are duplicate or unknown, or numbers are invalid.
 pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOptions) -> Result<Robot, FileError> {
     if options.independent_mimic {
         parts.joints.iter_mut().for_each(|joint| joint.mimic = None);
@@ -74,7 +74,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
     })
 }
 
-/// Things in the order of their places.
+/// Things sorted by their new indices.
 fn sorted<T>(things: impl Iterator<Item = T>, places: &[usize]) -> Vec<T> {
     let mut placed: Vec<_> = things.zip(places).collect();
     placed.sort_by_key(|&(_, place)| *place);
@@ -111,7 +111,7 @@ fn ends(joints: &[JointPart], links: &Names) -> Result<Vec<Ends>, FileError> {
     Ok(all)
 }
 
-/// Where links and joints go: each joint after the joint that carries its parent, otherwise as in the file.
+/// New indices of links and joints: each joint after the joint that carries its parent, otherwise as in the file.
 ///
 /// # Errors
 /// Where they are not one tree.
@@ -175,10 +175,10 @@ fn root(document: &Document, parts: &Parts, ends: &[Ends], carrier: &[Option<usi
     }
 }
 
-/// The error about the loop of joints that `link` is in, or hangs from.
+/// The error about the closed loop of joints that contains `link`, or that `link` hangs from.
 fn cycle(parts: &Parts, ends: &[Ends], carrier: &[Option<usize>], link: usize) -> FileError {
     let up = |link: usize| carrier[link].map_or(link, |joint| ends[joint].parent);
-    // As many steps up as there are links end within the loop.
+    // Going up as many steps as there are links must end inside the loop.
     let within = (0..parts.links.len()).fold(link, |link, _| up(link));
     let around = |start| std::iter::successors(Some(start), move |&link| Some(up(link)).filter(|&up| up != start));
     let first = around(within).min().unwrap_or(within);

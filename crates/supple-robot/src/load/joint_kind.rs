@@ -1,4 +1,4 @@
-//! What a joint lets its child do, as URDF and SDF name it.
+//! Kinds of joints by their names in URDF and SDF.
 
 use supple_text::FileError;
 
@@ -6,7 +6,7 @@ use super::words::{listed, near, shown};
 use super::xml::Element;
 use crate::JointKind;
 
-/// The `type` of a joint. `known` are types of the format that cannot be modelled.
+/// The `type` of a joint. `known` are types of the format that are not supported.
 ///
 /// # Errors
 /// Where it is missing or none of those that can be modelled.

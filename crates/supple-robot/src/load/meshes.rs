@@ -7,18 +7,18 @@ use super::warnings::Warnings;
 use super::words::shown;
 use super::xml::Element;
 
-/// Where meshes may not be.
+/// Message for meshes outside the permitted folders.
 const OUTSIDE: &str = "is outside the robot file's folder and all package roots";
 
 /// Why a mesh cannot be used.
 pub(super) enum Unusable {
     /// Its package, with this name, is in no package root.
     NoPackage(String),
-    /// Anything else: the end of a sentence about it.
+    /// Any other reason: the end of a sentence about the mesh.
     Wrong(&'static str),
 }
 
-/// The file of a mesh that is only drawn; none, and a warning, where it cannot be used: a robot loads without its
+/// The path of a visual mesh; `None` and a warning if it cannot be used, as a robot loads without its
 /// meshes. `at` is the element whose attribute or text holds the name `uri`.
 pub(super) fn mesh_path(
     at: Element,
@@ -40,7 +40,7 @@ pub(super) fn mesh_path(
 /// The file that a mesh's name `uri` means: relative to the robot file's `folder`, or with `package://`, `model://` or
 /// `file://`.
 ///
-/// The name is resolved without its `..`; where the file exists, also without its symbolic links. It need not exist,
+/// `..` is removed from the name; if the file exists, symbolic links are resolved too. The file need not exist,
 /// and is not read.
 ///
 /// # Errors
@@ -84,7 +84,7 @@ fn bases<'b>(folder: &'b Path, options: &'b LoadOptions) -> impl Iterator<Item =
     std::iter::once(folder).chain(options.package_roots.iter().map(PathBuf::as_path))
 }
 
-/// Whether a file that exists is in none of the folders once its symbolic links are resolved.
+/// Whether an existing file is outside all folders once its symbolic links are resolved.
 fn links_out(path: &Path, folder: &Path, options: &LoadOptions) -> bool {
     let within = |real: &Path| {
         bases(folder, options).any(|base| known(base).canonicalize().is_ok_and(|base| real.starts_with(base)))
@@ -92,7 +92,7 @@ fn links_out(path: &Path, folder: &Path, options: &LoadOptions) -> bool {
     path.canonicalize().is_ok_and(|real| !within(&real))
 }
 
-/// The path without `..`, where it is in the robot file's folder or in a package root, also by its symbolic links.
+/// The path without `..`, if it is inside the robot file's folder or a package root, with symbolic links resolved too.
 pub(super) fn inside_of(path: &Path, folder: &Path, options: &LoadOptions) -> Option<PathBuf> {
     let path = bases(folder, options).find_map(|base| inside(path, base))?;
     (!links_out(&path, folder, options)).then_some(path)
@@ -105,7 +105,7 @@ fn inside(path: &Path, base: &Path) -> Option<PathBuf> {
     Some(base.join(rest))
 }
 
-/// The folder itself where its name is empty.
+/// The current folder if the name is empty.
 fn known(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }

@@ -1,4 +1,4 @@
-//! Joints that follow others, each traced to the joint that follows none.
+//! Mimic joints, each traced to a joint that is not a mimic joint.
 
 use supple_text::FileError;
 
@@ -9,16 +9,16 @@ use super::warnings::Warnings;
 use super::words::{listed, shown};
 use crate::{JointKind, Mimic};
 
-/// What each joint follows, by index in the file: chains are resolved, so that what is followed follows nothing.
+/// The mimic relation of each joint, by index in the file, with chains resolved so that no leader is a mimic joint itself.
 ///
 /// ```text
 /// a = r b + o,  b = s c + p   =>   a = r s c + (r p + o)
 /// ```
 ///
-/// A fixed joint follows nothing, whatever the file says: files that fix joints of a larger robot often keep the words.
+/// A fixed joint follows nothing, whatever the file says: files that fix joints of a larger robot often keep the element.
 ///
 /// # Errors
-/// Where a joint follows one that is not known or fixed, or, in the end, itself.
+/// If a joint follows an unknown or fixed one, or, through a chain, itself.
 pub(super) fn follow(
     joints: &[JointPart],
     names: &Names,
@@ -39,7 +39,7 @@ pub(super) fn follow(
     let mut done = vec![false; joints.len()];
     let mut visited = vec![usize::MAX; joints.len()];
     for start in 0..joints.len() {
-        // Up the chain to a joint that is resolved, and down again.
+        // Up the chain to a resolved joint, and down again.
         let mut chain = Vec::new();
         let mut at = start;
         while !done[at] {

@@ -1,4 +1,4 @@
-//! Moments of inertia: symmetric matrices of three rows.
+//! Moments of inertia as symmetric 3 x 3 matrices.
 
 use supple_kernels::math;
 

@@ -16,13 +16,13 @@ pub(super) struct Parts<'a> {
     pub(super) frames: Vec<FramePart<'a>>,
     /// Gravity that the file asks for, m/s^2.
     pub(super) gravity: Option<[f64; 3]>,
-    /// What was said so far that is not modelled.
+    /// Warnings so far about unsupported parts.
     pub(super) warnings: Warnings,
 }
 
-/// A link, with the element that errors about it name.
+/// A link, with the element that errors about it refer to.
 pub(super) struct LinkPart<'a> {
-    /// Where it stands.
+    /// Its element.
     pub(super) at: Element<'a>,
     /// Its name.
     pub(super) name: String,
@@ -32,7 +32,7 @@ pub(super) struct LinkPart<'a> {
     pub(super) meshes: Vec<Mesh>,
 }
 
-/// A name of something else, and where it stands.
+/// A reference by name, with its element.
 #[derive(Clone)]
 pub(super) struct Reference<'a> {
     /// Where it stands.
@@ -48,7 +48,7 @@ pub(super) struct JointPart<'a> {
     pub(super) parent: Reference<'a>,
     pub(super) child: Reference<'a>,
     pub(super) mimic: Option<MimicPart<'a>>,
-    /// All else of it; the axis may have any length but 0.
+    /// Everything else; the axis may have any non-zero length.
     pub(super) own: Joint,
 }
 

@@ -1,4 +1,4 @@
-//! Numbers of links and joints that cannot be, or are most likely wrong.
+//! Checks for impossible or suspicious numbers of links and joints.
 
 use supple_text::{FileError, digits, short};
 
@@ -8,28 +8,28 @@ use super::warnings::Warnings;
 use super::words::{listed, shown};
 use crate::{Inertia, JointKind, Limits};
 
-/// Greatest number of metres, kilograms or the like: products of a few such numbers stay finite.
+/// Upper bound on numbers in m, kg and so on, such that products of a few of them stay finite.
 pub(super) const GREATEST: f64 = 1e30;
 /// Length below which an axis has no direction.
 const SHORTEST_AXIS: f64 = 1e-9;
-/// Negative principal moments that rounding in a file explains, by the greatest.
+/// Negative principal moments attributed to rounding in a file, relative to the greatest one.
 const ROUNDING: f64 = 1e-6;
-/// Negative principal moments that are too small to matter, by the mass, m^2.
+/// Negative principal moments that are too small to matter, relative to the mass, m^2.
 const NEGLIGIBLE: f64 = 1e-12;
-/// Greatest negative principal moment that is taken as it is, with a warning, kg m^2: public files of robots have such
-/// moments of light links.
+/// Greatest negative principal moment that is accepted unchanged, with a warning, kg m^2: published robot files have such
+/// moments for light links.
 const TINY: f64 = 1e-6;
-/// Advice where moments of inertia without their products are those of a body.
+/// Advice if the moments of inertia would be valid without the products of inertia.
 const WITHOUT_PRODUCTS: &str = "the products of inertia are invalid; correct them or set them to 0";
 /// Advice where a number is too great.
 const UNITS: &str = "numbers of robot files are in kg, m and s; check the unit and the exponent";
-/// Excess over the triangle inequality that rounding in a file explains.
+/// Excess over the triangle inequality attributed to rounding in a file.
 const EXCESS: f64 = 0.01;
 
 /// The inertia of a link.
 ///
 /// # Errors
-/// Where its mass is negative, or a principal moment by more than a tiny one, or a number is too great.
+/// If its mass is negative, a principal moment is negative by more than a tiny amount, or a number is too large.
 pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(), FileError> {
     let Some((inertia, at)) = &link.inertia else { return Ok(()) };
     let Inertia { mass, center, moment } = *inertia;
@@ -69,7 +69,7 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
         });
     }
     if mass == 0.0 && greatest > 0.0 {
-        warnings.note("no mass", *at, || "it has moments of inertia and no mass".to_owned());
+        warnings.note("no mass", *at, || "it has moments of inertia but no mass".to_owned());
     }
     Ok(())
 }
@@ -79,12 +79,12 @@ fn three(number: f64) -> String {
     short(number, 3)
 }
 
-/// Whether a number is one of a robot.
+/// Whether a number is small enough for a robot.
 fn small(number: f64) -> bool {
     number.abs() < GREATEST
 }
 
-/// The numbers of a joint; its axis is brought to length 1, and what has no meaning for its kind is left out.
+/// Checks the numbers of a joint, normalises its axis, and drops numbers that its kind does not use.
 ///
 /// # Errors
 /// Where a number cannot be.
@@ -136,8 +136,8 @@ pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Takes limits of 0 for none, with one warning: files of robots have them where nobody entered a number. An effort of 0
-/// stays where other joints have another: such a joint has no drive.
+/// Treats limits of 0 as missing, with one warning: robot files have them where nobody entered a number. An effort of 0
+/// is kept if other joints have a non-zero one: such a joint has no drive.
 pub(super) fn without_zeros(parts: &mut Parts) {
     let moves = |joint: &JointPart| joint.own.kind != JointKind::Fixed;
     let has_effort = |joint: &JointPart| joint.own.limits.effort > 0.0;
@@ -164,11 +164,11 @@ pub(super) fn without_zeros(parts: &mut Parts) {
         let each = told.iter().map(|(what, names)| {
             format!("`{what}` of joint{} {}", if names.len() == 1 { "" } else { "s" }, listed(names))
         });
-        format!("a limit of 0 is taken as not set: {}", each.collect::<Vec<_>>().join(", "))
+        format!("limits of 0 are treated as not set: {}", each.collect::<Vec<_>>().join(", "))
     });
 }
 
-/// A vector brought to length 1; none where it is too short.
+/// A vector brought to length 1; `None` if it is too short.
 fn unit(axis: [f64; 3]) -> Option<[f64; 3]> {
     let greatest = axis.iter().fold(0.0, |greatest: f64, entry| greatest.max(entry.abs()));
     if !(greatest > SHORTEST_AXIS && greatest.is_finite()) {
@@ -180,9 +180,9 @@ fn unit(axis: [f64; 3]) -> Option<[f64; 3]> {
     Some(scaled.map(|entry| entry / length))
 }
 
-/// Warns of joints that move, follow none, and carry nothing with inertia: nothing resists them.
+/// Warns of independent moving joints that carry nothing with inertia, so that nothing resists their motion.
 ///
-/// `places` is where each joint stands in the robot, each after those that carry it.
+/// `places` is the index of each joint in the robot; each comes after those that carry it.
 pub(super) fn warn_of_massless(
     links: &[LinkPart],
     joints: &[JointPart],

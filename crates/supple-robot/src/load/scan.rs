@@ -1,16 +1,16 @@
-//! One cheap pass over XML text before it is parsed: no definitions of entities, and limits that no robot needs.
+//! One cheap pass over XML text before parsing: it rejects entity definitions, and sizes that no robot needs.
 
 use std::ops::Range;
 
-/// Elements inside elements, at most.
+/// Greatest depth of nested elements.
 pub(super) const DEEPEST: usize = 256;
-/// Nodes of the parsed file, at most: elements, texts and comments.
+/// Greatest number of nodes in the parsed file: elements, texts and comments.
 pub(super) const MOST_NODES: u32 = 2_000_000;
-/// Brackets `<`, and signs `=`, at most. The parser reserves memory by their count.
+/// Greatest number of `<` and of `=` characters. The parser reserves memory by their count.
 const MOST_SIGNS: usize = 4_000_000;
-/// Attributes of one element, at most. The parser compares each with each.
+/// Greatest number of attributes of an element. The parser compares every pair.
 const MOST_ATTRIBUTES: usize = 100;
-/// Declarations of name spaces in the file, at most.
+/// Greatest number of namespace declarations in the file.
 const MOST_NAMESPACES: usize = 100;
 
 /// What is wrong, and the bytes it is about.
@@ -21,13 +21,13 @@ pub(super) struct Refusal {
     pub(super) message: String,
 }
 
-/// Goes through the tags of a text. Returns where each element begins that is open at the end, the outermost first.
+/// Scans the tags of a text. Returns where each element begins that is still open at the end, outermost first.
 ///
-/// What is not well-formed is left to the parser. In a text that is well-formed, this pass sees the same tags as the
-/// parser does.
+/// Malformed text is left to the parser. In well-formed text, this pass finds the same tags as the
+/// parser.
 ///
 /// # Errors
-/// Where the text defines a document type or entities, or goes beyond a limit.
+/// If the text defines a document type or entities, or exceeds a limit.
 pub(super) fn scan(text: &str) -> Result<Vec<usize>, Refusal> {
     let bytes = text.as_bytes();
     for (sign, name) in [(b'<', "<"), (b'=', "=")] {
@@ -59,7 +59,7 @@ pub(super) fn scan(text: &str) -> Result<Vec<usize>, Refusal> {
     Ok(scan.open)
 }
 
-/// Length of what begins `rest` and ends with `end`, searched after `from` bytes.
+/// Length of the part of `rest` up to and including `end`, searched from byte `from` on.
 fn after(rest: &str, from: usize, end: &str) -> Option<usize> {
     rest.get(from..)?.find(end).map(|found| from + found + end.len())
 }
@@ -84,7 +84,7 @@ struct Scan<'t> {
 }
 
 impl Scan<'_> {
-    /// The start tag that begins at byte `start`. Its length; none where it does not end.
+    /// The start tag at byte `start`. Returns its length; `None` if it does not end.
     fn tag(&mut self, start: usize) -> Result<Option<usize>, Refusal> {
         let bytes = &self.text.as_bytes()[start..];
         let mut attributes = 0;
@@ -112,7 +112,7 @@ impl Scan<'_> {
                         return Err(Refusal { span: start + i..start + i + 5, message });
                     }
                 }
-                // Not well-formed: the parser says so.
+                // Malformed: the parser reports it.
                 (None, b'<') => return Ok(Some(i)),
                 (Some(quoted), _) if byte == quoted => quote = None,
                 _ => {}

@@ -21,7 +21,7 @@ use crate::{Inertia, JointKind, Limits, Mesh, Pose, Robot};
 const ROBOT: [&str; 2] = ["link", "joint"];
 /// Elements of `robot` that are known and not modelled.
 const ROBOT_IGNORED: [&str; 5] = ["transmission", "gazebo", "material", "sensor", "ros2_control"];
-/// Elements of `link` that are read, or have no meaning for the dynamics.
+/// Elements of `link` that are read, or do not affect the dynamics.
 const LINK: [&str; 3] = ["inertial", "visual", "collision"];
 /// Elements of `link` that are known and not modelled.
 const LINK_IGNORED: [&str; 4] = ["gazebo", "sensor", "material", "contact"];
@@ -63,7 +63,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
 }
 
 /// # Errors
-/// Where the file holds elements or values that xacro is to expand first.
+/// If the file still contains elements or values for xacro to expand.
 fn refuse_macros(document: &Document) -> Result<(), FileError> {
     let macros = |value: &str| value.contains("${") || value.contains("$(");
     if !document.text().contains("<xacro:") && !macros(document.text()) {
@@ -80,7 +80,7 @@ fn refuse_macros(document: &Document) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Warns of an element that is not read.
+/// Reports an element that is not read, unless its tag is in `read`.
 fn pass_over(element: Element, read: &[&str], ignored: &[&str], warnings: &mut Warnings) {
     let tag = element.tag();
     if ignored.contains(&tag) {
@@ -109,7 +109,7 @@ fn link<'a>(
     Ok(LinkPart { at, name, inertia, meshes })
 }
 
-/// An `inertial`: the moments are given about the centre of mass, in axes that `origin` turns.
+/// Reads an `inertial`: moments are given about the centre of mass, in axes rotated by `origin`.
 ///
 /// ```text
 /// moment in the link's axes = R I R'
@@ -183,10 +183,10 @@ fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, 
     Ok(joint)
 }
 
-/// The `limit` of a joint. Positions that are not given are 0, as URDF has it.
+/// The `limit` of a joint. Missing positions are 0, as URDF specifies.
 ///
 /// # Errors
-/// Where a joint has none that must have one.
+/// If a joint that requires limits has none.
 fn limits(at: Element, kind: JointKind, warnings: &mut Warnings) -> Result<Limits, FileError> {
     let Some(limit) = at.child("limit")? else {
         return match kind {

@@ -1,4 +1,4 @@
-//! What attributes and texts of an element say: names, choices and numbers.
+//! Parses attributes and texts of an element: names, choices and numbers.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use supple_text::FileError;
 use super::words::{listed, near, shown};
 use super::xml::Element;
 
-/// Where numbers stand, for messages: in an attribute, or in the text of an element.
+/// Location of numbers, for messages: an attribute, or the text of an element.
 #[derive(Clone, Copy)]
 enum Place<'a> {
     Attribute(&'a str),
@@ -20,7 +20,7 @@ impl<'a> Element<'a> {
         self.node.attributes().map(|attribute| attribute.name())
     }
 
-    /// The name of the first attribute whose value is such a one.
+    /// The name of the first attribute whose value satisfies a condition.
     pub(super) fn attribute_with(self, such: impl Fn(&str) -> bool) -> Option<&'a str> {
         self.node.attributes().find(|attribute| such(attribute.value())).map(|attribute| attribute.name())
     }
@@ -47,7 +47,7 @@ impl<'a> Element<'a> {
     /// One of several words in an attribute, where there is one.
     ///
     /// # Errors
-    /// Where it is another word.
+    /// If it is another word.
     pub(super) fn choice<T: Copy>(self, name: &str, valid: &[(&str, T)]) -> Result<Option<T>, FileError> {
         let Some(found) = self.node.attribute(name) else { return Ok(None) };
         self.choose(Place::Attribute(name), found, valid).map(Some)
@@ -76,7 +76,7 @@ impl<'a> Element<'a> {
     /// Exactly `N` finite numbers in an attribute, where there is one.
     ///
     /// # Errors
-    /// Where they are not that.
+    /// If they are anything else.
     pub(super) fn numbers<const N: usize>(self, name: &str) -> Result<Option<[f64; N]>, FileError> {
         let Some(text) = self.node.attribute(name) else { return Ok(None) };
         self.exactly(Place::Attribute(name), text).map(Some)
@@ -85,7 +85,7 @@ impl<'a> Element<'a> {
     /// Exactly `N` finite numbers in an attribute, which must be there.
     ///
     /// # Errors
-    /// Where it is missing, or they are not that.
+    /// If it is missing or anything else.
     pub(super) fn required_numbers<const N: usize>(self, name: &str) -> Result<[f64; N], FileError> {
         self.exactly(Place::Attribute(name), self.required(name)?)
     }
@@ -187,7 +187,7 @@ impl<'a> Element<'a> {
     }
 }
 
-/// What a place is called.
+/// How messages describe a location.
 fn said(place: Place) -> String {
     match place {
         Place::Attribute(name) => shown(name),

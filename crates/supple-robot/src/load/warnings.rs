@@ -5,22 +5,22 @@ use std::collections::HashMap;
 use super::words::{clipped, listed, near, shown};
 use super::xml::Element;
 
-/// Kinds of warnings, at most; further kinds are counted.
+/// Greatest number of kinds of warnings that are listed; further kinds are only counted.
 const MOST_KINDS: usize = 100;
-/// Warnings that are kept one by one, at most; further ones are counted.
+/// Greatest number of individual warnings that are kept; further ones are only counted.
 const MOST_SINGLE: usize = 10_000;
 
 /// Warnings of one file, in the order in which they first arose.
 #[derive(Default)]
 pub(super) struct Warnings {
     kinds: Vec<Kind>,
-    /// By tag, or by the text of a warning, the index in `kinds`.
+    /// Index in `kinds` for each tag or warning text.
     index: HashMap<String, usize>,
     /// Warnings of kinds beyond the limit.
     beyond: usize,
-    /// Every warning by itself.
+    /// Every individual warning.
     single: Vec<String>,
-    /// Warnings beyond the limit of those.
+    /// Number of individual warnings beyond the limit.
     uncounted: usize,
 }
 
@@ -40,11 +40,11 @@ struct Kind {
     place: String,
 }
 
-/// What is said.
+/// The text of a warning.
 enum Text {
     /// Elements of this tag are ignored.
     Ignored(String),
-    /// Another thing is: what, and what it is that there are more of.
+    /// Any other warning: its text.
     Note(String),
     /// These meshes are left out: why, and their names.
     Meshes(&'static str, Vec<String>),
@@ -73,13 +73,13 @@ impl Text {
 }
 
 impl Warnings {
-    /// An element that is known and not modelled.
+    /// Reports an element that is known but not modelled.
     pub(super) fn ignore(&mut self, element: Element) {
         let tag = element.tag();
         self.add(format!("<{tag}>"), element, || Text::Ignored(shown(tag)));
     }
 
-    /// An element that is not known, where `valid` are: most often a misspelt one.
+    /// Reports an unknown element, usually a typo; `valid` are the known ones.
     pub(super) fn unknown<T: AsRef<str>>(&mut self, element: Element, valid: &[T]) {
         let (tag, within) = (element.tag(), element.parent().map_or("", |parent| parent.tag()));
         self.add(format!("<{within}> <{tag}>"), element, || {
@@ -88,25 +88,25 @@ impl Warnings {
         });
     }
 
-    /// An attribute that is known and not modelled.
+    /// Reports an attribute that is known but not modelled.
     pub(super) fn ignore_attribute(&mut self, element: Element, attribute: &str) {
         self.add(format!("{}@{attribute}", element.tag()), element, || {
             Text::Note(format!("attribute {} of {} is ignored", shown(attribute), shown(element.tag())))
         });
     }
 
-    /// Another warning about an element. Those of the same `kind` are counted, and the text of the first one is kept:
-    /// a sentence without a dot.
+    /// Reports another warning about an element. Warnings of the same `kind` are counted, with the text of the first one:
+    /// a sentence without a full stop.
     pub(super) fn note(&mut self, kind: &str, element: Element, text: impl FnOnce() -> String) {
         self.add(format!("!{kind}"), element, || Text::Note(format!("{}: {}", element.key(), text())));
     }
 
-    /// Another warning that is not about the element alone: a sentence without a dot.
+    /// Reports another warning not about the element alone: a sentence without a full stop.
     pub(super) fn say(&mut self, kind: &str, element: Element, text: impl FnOnce() -> String) {
         self.add(format!("!{kind}"), element, || Text::Note(text()));
     }
 
-    /// A mesh that is left out, and why: the end of a sentence about it.
+    /// Reports a mesh that is left out, and why: the end of a sentence about it.
     pub(super) fn leave_out_mesh(&mut self, element: Element, name: &str, why: &'static str) {
         let name = clipped(name).into_owned();
         self.add(format!("mesh {why}"), element, || Text::Meshes(why, vec![name]));

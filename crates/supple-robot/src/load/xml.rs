@@ -1,4 +1,4 @@
-//! XML with errors for people: elements whose attributes and texts are read as numbers, vectors and names.
+//! XML with user-friendly errors: elements whose attributes and texts are read as numbers, vectors and names.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -10,9 +10,9 @@ use supple_text::FileError;
 use super::scan::{MOST_NODES, Refusal, scan};
 use super::words::{RUN_XACRO, XACRO, clipped, shown};
 
-/// A text whose root element has something around it that changes nothing: blanked, so that lines and columns stay, with
-/// what is said of it. Blanks, byte order marks and comments may stand before the declaration of XML, and text without
-/// elements behind the root element.
+/// A text with harmless content around the root element blanked out, so that lines and columns stay, and messages about
+/// it. Whitespace, byte order marks and comments may precede the XML declaration, and text without elements may
+/// follow the root element.
 pub(super) fn cleaned(text: &str) -> (Cow<'_, str>, Vec<String>) {
     let (mut blank, mut said) = (Vec::new(), Vec::new());
     let line = |byte: usize| text[..byte].matches('\n').count() + 1;
@@ -54,7 +54,7 @@ pub(super) fn cleaned(text: &str) -> (Cow<'_, str>, Vec<String>) {
     let (mut cleaned, mut from) = (String::with_capacity(text.len()), 0);
     for range in blank {
         cleaned.push_str(&text[from..range.start]);
-        // A byte for a byte.
+        // Each byte is replaced by one byte.
         cleaned.extend(text[range.clone()].bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }));
         from = range.end;
     }
@@ -69,17 +69,17 @@ pub(super) struct Document<'t> {
     file: String,
     /// Where each line begins, by byte.
     lines: Vec<usize>,
-    /// Documents whose elements stand in the place of an element, by the byte where that begins.
+    /// Documents that replace an element, by the byte offset of that element.
     included: HashMap<usize, Document<'t>>,
     /// Whether another file includes this one.
     is_included: bool,
 }
 
 impl<'t> Document<'t> {
-    /// Parses a text; `file` stands for it in errors. A byte order mark is skipped.
+    /// Parses a text; errors call the file `file`. A byte order mark is skipped.
     ///
     /// # Errors
-    /// Where the text is not well-formed XML, defines a document type or entities, or goes beyond a limit of size or
+    /// If the text is not well-formed XML, defines a document type or entities, or exceeds a limit of size or
     /// depth.
     pub(super) fn parse(text: &'t str, file: &str) -> Result<Self, FileError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -101,7 +101,7 @@ impl<'t> Document<'t> {
         Ok(Self { tree, text, file: file.to_owned(), lines, included: HashMap::new(), is_included: false })
     }
 
-    /// Puts the elements of another document in the place of the element that begins at a byte.
+    /// Replaces the element that begins at a byte by the elements of another document.
     pub(super) fn include(&mut self, byte: usize, document: Document<'t>) {
         self.included.insert(byte, Document { is_included: true, ..document });
     }
@@ -127,7 +127,7 @@ impl<'t> Document<'t> {
     }
 }
 
-/// What the parser found, in words, and where.
+/// A parser error in plain words, and its location.
 fn explain(error: &Error, text: &str, unclosed: &[usize]) -> (Range<usize>, String) {
     let end = text.len()..text.len();
     let at = byte_at(text, &error.pos());
@@ -200,7 +200,7 @@ impl<'a> Element<'a> {
         self.node.range().start
     }
 
-    /// Where it begins, for messages: `line 5`, or ``line 5 of `arm.xml` `` in a file that another one includes.
+    /// Its location for messages: `line 5`, or ``line 5 of `arm.xml` `` in an included file.
     pub(super) fn place(self) -> String {
         let file =
             if self.document.is_included { format!(" of {}", shown(&self.document.file)) } else { String::new() };
@@ -238,7 +238,7 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// An error about the attribute or the text that is `value`; about the element where none is.
+    /// An error about the attribute or text with this value; about the element if there is none.
     pub(super) fn error_naming(self, value: &str, message: impl Into<String>) -> FileError {
         match self.node.attributes().find(|attribute| attribute.value() == value) {
             Some(attribute) => self.document.error(attribute.range_value(), self.key(), message),
@@ -247,8 +247,8 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// An error about what is called `name` in the element, at any depth: an attribute or an element; about the
-    /// element itself where there is no such thing.
+    /// An error about the attribute or element `name` within this element, at any depth; about the
+    /// element itself if there is none.
     pub(super) fn error_about(self, name: &str, message: impl Into<String>) -> FileError {
         let about = self.descendants().find(|inner| inner.tag() == name || inner.attribute(name).is_some());
         about.unwrap_or(self).error_at(name, message)
@@ -272,7 +272,7 @@ impl<'a> Element<'a> {
         self.node.descendants().filter(Node::is_element).map(move |node| Self { node, ..self })
     }
 
-    /// The elements in it; in the place of elements that include a file, those of the file.
+    /// The child elements; an element that includes a file is replaced by the elements of that file.
     pub(super) fn children(self) -> impl Iterator<Item = Self> {
         let own = |outer: Self| outer.node.children().filter(Node::is_element).map(move |node| Self { node, ..outer });
         // Files that are open, the innermost last.
@@ -319,6 +319,6 @@ impl<'a> Element<'a> {
     /// # Errors
     /// Where there is none, or more than one.
     pub(super) fn required_child(self, tag: &str) -> Result<Self, FileError> {
-        self.child(tag)?.ok_or_else(|| self.error(format!("a {} is missing in it", shown(tag))))
+        self.child(tag)?.ok_or_else(|| self.error(format!("a {} element is missing", shown(tag))))
     }
 }

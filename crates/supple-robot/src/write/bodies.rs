@@ -1,11 +1,11 @@
-//! Links and joints as bodies in bodies.
+//! Writes links and joints as nested bodies.
 
 use super::mended::{is_solid, mended};
 use super::rotation::quaternion;
 use super::text::{Attributes, Text, named};
 use crate::{Frame, Inertia, Joint, JointKind, Pose, Robot};
 
-/// A robot's bodies on their way into MJCF.
+/// State for writing a robot's bodies as MJCF.
 pub(super) struct Bodies<'a> {
     pub robot: &'a Robot,
     /// Joints by the link that they hang on.
@@ -15,7 +15,7 @@ pub(super) struct Bodies<'a> {
     pub warnings: Vec<String>,
 }
 
-/// Joints that carry one body together, the first one nearest to the root, each with its frame in that body where all
+/// Joints that together carry one body, the first one nearest to the root, each with its frame in that body when all
 /// are at their references.
 struct Chain {
     joints: Vec<(usize, Pose)>,
@@ -43,7 +43,7 @@ impl<'a> Bodies<'a> {
         } else if root.inertia.is_some() {
             self.warnings.push("the root link `world` is the world of MJCF: its inertia is left out".to_owned());
         }
-        // Bodies are closed where the next one is not in them.
+        // A body is closed when the next one is not inside it.
         let mut open: Vec<(usize, usize)> = Vec::new();
         self.frames(0, text);
         open.extend(self.children[0].iter().rev().map(|&joint| (joint, 0)));
@@ -64,8 +64,8 @@ impl<'a> Bodies<'a> {
         }
     }
 
-    /// The joints from one on that carry one body: a link without inertia and frames, on which only the next joint hangs, is
-    /// none of its own.
+    /// The joints, from `first` on, that carry one body: a link without inertia and frames that carries only the next
+    /// joint is not written as a body of its own.
     fn chain(&self, first: usize) -> Chain {
         let Robot { joints, links, frames, .. } = self.robot;
         let mut chain = vec![first];
@@ -103,14 +103,17 @@ impl<'a> Bodies<'a> {
                 text.element("joint", attributes(joint, &frame));
             }
             if joint.limits.velocity.is_finite() {
-                self.warnings
-                    .push(format!("joint `{}`: MJCF has no limit of speed, {}", joint.name, joint.limits.velocity));
+                self.warnings.push(format!(
+                    "joint `{}`: MJCF has no speed limit; {} is left out",
+                    joint.name, joint.limits.velocity
+                ));
             }
             if joint.limits.effort == 0.0 {
                 self.warnings.push(format!("joint `{}`: MJCF has no limit of force of 0; it is left out", joint.name));
             }
             if [joint.limits.lower, joint.limits.upper].iter().filter(|bound| bound.is_finite()).count() == 1 {
-                self.warnings.push(format!("joint `{}`: MJCF has no range with one end; it is left out", joint.name));
+                self.warnings
+                    .push(format!("joint `{}`: MJCF has no one-sided ranges; the range is left out", joint.name));
             }
         }
         let moved = chain.joints.iter().any(|&(index, _)| moves(&self.robot.joints[index]));
@@ -118,7 +121,7 @@ impl<'a> Bodies<'a> {
         self.frames(chain.link, text);
     }
 
-    /// Whether MuJoCo lets a body move for its own inertia, or for that of a link that is fixed to it.
+    /// Whether MuJoCo accepts a moving body, given its own inertia, or that of a link fixed to it.
     fn is_solid(&self, link: usize) -> bool {
         let mut waiting = vec![link];
         while let Some(link) = waiting.pop() {
@@ -131,7 +134,7 @@ impl<'a> Bodies<'a> {
         false
     }
 
-    /// The inertia of a link, or what MuJoCo accepts in its place; `lacks` where it moves and has none.
+    /// Writes the inertia of a link, or a replacement that MuJoCo accepts; `lacks` if it moves and has too little.
     fn inertia(&mut self, link: usize, lacks: bool, text: &mut Text) {
         let link = &self.robot.links[link];
         let Some(mended) = mended(link.inertia.as_ref(), lacks) else {
@@ -162,7 +165,7 @@ fn moves(joint: &Joint) -> bool {
     joint.kind != JointKind::Fixed
 }
 
-/// A joint whose frame is there in its body.
+/// Attributes of a joint with the given frame in its body.
 fn attributes(joint: &Joint, frame: &Pose) -> Attributes {
     let kind = if joint.kind == JointKind::Prismatic { "slide" } else { "hinge" };
     let limits = &joint.limits;
@@ -192,7 +195,7 @@ pub(super) fn placed(attributes: Attributes, pose: &Pose) -> Attributes {
     attributes.numbers("quat", &quaternion(&pose.rotation).map(plain))
 }
 
-/// Zero without its sign.
+/// Avoids negative zero.
 fn plain(value: f64) -> f64 {
     value + 0.0
 }

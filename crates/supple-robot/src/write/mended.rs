@@ -1,37 +1,37 @@
-//! Inertias that MuJoCo refuses, as the nearest that it accepts.
+//! Replaces inertias that MuJoCo rejects by the nearest ones that it accepts.
 
 use supple_text::short;
 
 use crate::Inertia;
 use crate::load::moments::principal;
 
-/// The least mass, kg, and moment of inertia, kg m^2, that MuJoCo lets a moving body have: its `mjMINVAL`.
+/// The least mass, kg, and moment of inertia, kg m^2, that MuJoCo accepts for a moving body: its `mjMINVAL`.
 const LEAST: f64 = 1e-15;
-/// The least principal moment that MuJoCo takes from a matrix, kg m^2.
+/// The least principal moment that MuJoCo accepts in a full inertia matrix, kg m^2.
 const LEAST_OF_MATRIX: f64 = 1e-14;
-/// What a moving body without mass, kg, or without a moment of inertia, kg m^2, is written with: next to nothing.
+/// Small mass, kg, and moment of inertia, kg m^2, written for a moving body that has none.
 const LITTLE: (f64, f64) = (1e-9, 1e-12);
-/// Relative change of moments that is not worth a word: rounding of a flat body.
+/// Relative change of moments that is not reported: rounding of a flat body.
 const ROUNDING: f64 = 1e-9;
 
-/// An inertia by its principal moments, as it is written in place of that of a link.
+/// An inertia by its principal moments, written instead of that of a link.
 pub(super) struct Mended {
     pub mass: f64,
     pub center: [f64; 3],
     pub moments: [f64; 3],
     /// The rotation whose columns are the principal axes.
     pub axes: [[f64; 3]; 3],
-    /// What was changed and why, after "link NAME"; none where nothing but the way of writing it was.
+    /// What was changed and why, to follow "link NAME"; `None` if only the notation changed.
     pub why: Option<String>,
 }
 
-/// Whether MuJoCo lets a body with this inertia move.
+/// Whether MuJoCo accepts a moving body with this inertia.
 pub(super) fn is_solid(inertia: &Inertia) -> bool {
     inertia.mass >= LEAST && moments_of(inertia).0.iter().all(|&moment| moment >= LEAST)
 }
 
-/// The inertia that is written for a link, where its own is one that MuJoCo refuses; `moves` where the body has joints and
-/// nothing that is fixed to it makes up for what it lacks.
+/// The inertia to write for a link, if MuJoCo rejects its own; `moves` if the body has joints and no link fixed to
+/// it provides the missing inertia.
 pub(super) fn mended(inertia: Option<&Inertia>, moves: bool) -> Option<Mended> {
     let none = Inertia { mass: 0.0, center: [0.0; 3], moment: [[0.0; 3]; 3] };
     let given = match inertia {
@@ -76,7 +76,7 @@ pub(super) fn mended(inertia: Option<&Inertia>, moves: bool) -> Option<Mended> {
     Some(Mended { mass, center: given.center, moments, axes, why })
 }
 
-/// Principal moments and their axes, and whether those are the link's own.
+/// Principal moments and their axes, and whether these are the link's own axes.
 fn moments_of(inertia: &Inertia) -> ([f64; 3], [[f64; 3]; 3], bool) {
     let m = inertia.moment;
     if m[0][1] == 0.0 && m[0][2] == 0.0 && m[1][2] == 0.0 {
@@ -86,13 +86,13 @@ fn moments_of(inertia: &Inertia) -> ([f64; 3], [[f64; 3]; 3], bool) {
     (moments, axes, false)
 }
 
-/// Whether rounding decides if the greatest moment is above the sum of the others.
+/// Whether the greatest moment equals the sum of the others up to rounding.
 fn is_flat(moments: [f64; 3]) -> bool {
     let greatest = moments.into_iter().fold(0.0, f64::max);
     2.0 * greatest > moments.iter().sum::<f64>() * (1.0 - 1e-12)
 }
 
-/// The nearest moments of which none is above the sum of the others, by the sum of the squares of changes.
+/// The nearest moments, in the least-squares sense, of which none exceeds the sum of the others.
 fn balance(moments: &mut [f64; 3]) {
     let top = (0..3).fold(0, |top, i| if moments[i] > moments[top] { i } else { top });
     let [a, b] = [(top + 1) % 3, (top + 2) % 3];

@@ -13,11 +13,11 @@ pub struct Written {
 }
 
 /// A robot as MJCF, the format of MuJoCo: bodies with inertias, joints with limits, losses and springs, frames as sites,
-/// joints that follow others, actuators, sensors, keyframes and walls. Read again it has the same dynamics.
+/// joints that follow others, actuators, sensors, keyframes and walls. Reading it again gives the same dynamics.
 ///
-/// A link without inertia and frames between two joints becomes a body with both joints, as MuJoCo refuses bodies without
-/// inertia. Other inertias that MuJoCo refuses are written as the nearest that it accepts, with a comment and a warning.
-/// What is only seen is left out.
+/// A link without inertia and frames between two joints becomes part of a body with both joints, as MuJoCo rejects bodies
+/// without inertia. Other inertias that MuJoCo rejects are replaced by the nearest valid ones, with a comment and a warning.
+/// Visual meshes are left out.
 #[must_use]
 pub fn mjcf(robot: &Robot) -> Written {
     let mut text = Text::default();

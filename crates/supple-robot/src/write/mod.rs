@@ -1,4 +1,4 @@
-//! Robots written out: as MJCF, which is the format that has all that a [`Robot`](crate::Robot) holds but its visual meshes.
+//! Writes robots as MJCF, the only format that holds everything in a [`Robot`](crate::Robot) except its visual meshes.
 
 mod bodies;
 mod equipment;

@@ -1,6 +1,6 @@
 //! Rotation matrices as quaternions.
 
-/// The quaternion `[w, x, y, z]` of a rotation matrix, by its greatest entry: without loss of digits at any angle.
+/// The quaternion `[w, x, y, z]` of a rotation matrix, using its greatest entry to stay accurate at any angle.
 pub(super) fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
     let trace = r[0][0] + r[1][1] + r[2][2];
     let off = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];

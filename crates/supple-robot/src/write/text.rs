@@ -1,4 +1,4 @@
-//! Elements of XML, indented, with what their attributes hold.
+//! Writes indented XML elements and their attributes.
 
 use std::fmt::Write;
 
@@ -22,18 +22,18 @@ impl Attributes {
         self
     }
 
-    /// Numbers, each with as many digits as it takes to read the same number again.
+    /// Adds numbers with just enough digits to read back the same values.
     pub fn numbers(self, name: &str, values: &[f64]) -> Self {
         let values: Vec<String> = values.iter().map(|&value| exact(value)).collect();
         self.text(name, &values.join(" "))
     }
 
-    /// A number that is left out where it is what MuJoCo takes without it.
+    /// Adds a number unless it equals MuJoCo's default.
     pub fn unless(self, name: &str, value: f64, default: f64) -> Self {
         if value == default { self } else { self.numbers(name, &[value]) }
     }
 
-    /// A range, where it limits.
+    /// Adds a range if it is a limit.
     pub fn range(self, name: &str, range: [f64; 2]) -> Self {
         if range.iter().all(|bound| bound.is_finite()) { self.numbers(name, &range) } else { self }
     }
@@ -63,9 +63,9 @@ impl Text {
         let _ = writeln!(self.out, "{:indent$}<{tag}{}/>", "", attributes.0, indent = 2 * self.open.len());
     }
 
-    /// Words for who reads the text.
+    /// Adds a comment for human readers.
     pub fn comment(&mut self, words: &str) {
-        // A comment of XML holds no two hyphens in a row.
+        // XML comments must not contain two hyphens in a row.
         let words = words.replace("--", "- -");
         let _ = writeln!(self.out, "{:indent$}<!-- {words} -->", "", indent = 2 * self.open.len());
     }

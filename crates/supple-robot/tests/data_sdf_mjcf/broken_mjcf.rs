@@ -10,7 +10,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a file that includes another",
         "<mujoco>\n<worldbody/>\n<include file='other.xml'/></mujoco>",
-        "robot.xml:3:16: include: the included file `other.xml` is not there (files are looked for in the folder of the outermost file, and in that of the file that includes them)",
+        "robot.xml:3:16: include: the included file `other.xml` does not exist (files are looked for in the folder of the outermost file, and in that of the file that includes them)",
     ),
     (
         "a document type",
@@ -145,7 +145,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a joint that follows none",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j'/></equality></mujoco>",
-        "robot.xml:7:1: joint: `joint2` is missing, which locks joint `j` (remove the joint that does not move)",
+        "robot.xml:7:1: joint: `joint2` is missing, which locks joint `j` (remove the joint, as it does not move)",
     ),
     (
         "a joint that follows itself",
@@ -155,7 +155,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a joint that follows two",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><joint name='k'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='k'/>\n<joint joint1='j' joint2='k'/></equality></mujoco>",
-        "robot.xml:8:16: joint: joint `j` follows another already, at line 7",
+        "robot.xml:8:16: joint: joint `j` already follows another, at line 7",
     ),
     (
         "joints that follow each other",
@@ -468,7 +468,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:6:30: general: `gaintype` is `fix`; valid: `fixed`, `affine`, `muscle`, `user`, `dcmotor` (did you mean `fixed`?)",
     ),
     (
-        "a range that is not there to inherit",
+        "a range that does not exist to inherit",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='k' inheritrange='1'/></actuator></mujoco>",
         "robot.xml:6:35: position: its joint has no range to inherit",
     ),

@@ -38,12 +38,12 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an included file",
         "<sdf version='1.9'>\n<model name='m'>\n<include><uri>model://arm</uri></include>\n</model></sdf>",
-        "robot.xml:3:1: include of model `m`: `include` is not supported: only one file is read (put the included model in its place, or remove it where the robot does not need it)",
+        "robot.xml:3:1: include of model `m`: `include` is not supported: only one file is read (replace it by the included model, or remove it if the robot does not need it)",
     ),
     (
         "a file included in the world",
         "<sdf version='1.7'><world name='w'>\n<include><uri>model://arm</uri></include></world></sdf>",
-        "robot.xml:2:1: include of world `w`: `include` is not supported: only one file is read (put the included model in its place, or remove it where the robot does not need it)",
+        "robot.xml:2:1: include of world `w`: `include` is not supported: only one file is read (replace it by the included model, or remove it if the robot does not need it)",
     ),
     (
         "a joint in the world",
@@ -93,12 +93,12 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a joint without a child",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='fixed'>\n<parent>a</parent></joint></model></sdf>",
-        "robot.xml:5:1: joint `j`: a `child` is missing in it",
+        "robot.xml:5:1: joint `j`: a `child` element is missing",
     ),
     (
         "a joint without a parent",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='fixed'>\n<child>a</child></joint></model></sdf>",
-        "robot.xml:5:1: joint `j`: a `parent` is missing in it",
+        "robot.xml:5:1: joint `j`: a `parent` element is missing",
     ),
     (
         "an empty parent",
@@ -148,7 +148,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an axis without a direction",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<limit/></axis></joint>\n</model></sdf>",
-        "robot.xml:8:1: axis of joint `j`: a `xyz` is missing in it",
+        "robot.xml:8:1: axis of joint `j`: a `xyz` element is missing",
     ),
     (
         "an axis of length 0",
@@ -333,7 +333,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a mesh without a name",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<visual name='v'><geometry>\n<mesh/></geometry></visual></link>\n</model></sdf>",
-        "robot.xml:5:1: mesh of visual `v`: a `uri` is missing in it",
+        "robot.xml:5:1: mesh of visual `v`: a `uri` element is missing",
     ),
     (
         "an element that is never closed",

@@ -40,7 +40,7 @@ pub(crate) trait Layout {
     /// Where the journal cannot be written.
     fn create(&self, change: &WriteTransaction) -> Result<(), redb::Error>;
 
-    /// Reads what is done; none where it does not fit to the study.
+    /// Reads what is done; `None` if it does not fit to the study.
     ///
     /// # Errors
     /// Where the journal cannot be read.

@@ -33,7 +33,7 @@ fn is_no_link(path: &Path) -> Result<(), StudyError> {
 }
 
 impl Journal {
-    /// Opens the journal in a folder, or makes one where there is none: the journal, and what is done; none where it is
+    /// Opens the journal in a folder, or makes one where there is none: the journal, and what is done; `None` if it is
     /// new. Nothing is changed in a journal that cannot be used.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Journal {
         }
     }
 
-    /// Makes a journal; none where there is one when it would get its name.
+    /// Makes a journal; `None` if there is one when it would get its name.
     fn create<L: Layout>(folder: &Path, layout: &L, identity: &Identity) -> Result<Option<Self>, StudyError> {
         let (path, new) = (folder.join(JOURNAL), folder.join(NEW));
         is_no_link(&new)?;

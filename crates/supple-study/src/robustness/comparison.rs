@@ -38,7 +38,7 @@ pub(super) fn compare(task: &LoadedTask, options: &RobustnessOptions, costs: &[C
     comparisons
 }
 
-/// Differences roll-out by roll-out; none where one of the two could not be computed.
+/// Differences roll-out by roll-out; empty if one of the two could not be computed.
 fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }

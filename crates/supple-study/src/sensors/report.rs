@@ -22,9 +22,9 @@ pub struct Sensors {
     pub none: SensorSet,
     /// With all candidates, whatever the limits.
     pub all: SensorSet,
-    /// The greedy set; none where it reaches no bound on the cost.
+    /// The greedy set; `None` if it reaches no bound on the cost.
     pub greedy: Option<SensorSet>,
-    /// The best set that a search of all found; none where it was not asked for.
+    /// The best set that a search of all found; `None` if it was not asked for.
     pub best: Option<SensorSet>,
     /// The better of the two.
     pub chosen: SensorSet,
@@ -83,7 +83,7 @@ pub struct Certificate {
     /// Certified lower bound on the greedy set's share of the best possible gain over no candidate; for prices, the bound
     /// divided by its price. `None` without a greedy set.
     pub certified_ratio: Option<f64>,
-    /// How all sets were searched; none where they were not.
+    /// How all sets were searched; `None` if they were not.
     pub search: Option<Search>,
     /// No set does better, by the search.
     pub searched_bound: Option<f64>,

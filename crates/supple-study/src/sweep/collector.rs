@@ -55,7 +55,7 @@ impl Collector {
         self.study.grid.segments() - self.next
     }
 
-    /// The next unit, of so many segments at most; none where all were given out.
+    /// The next unit, of so many segments at most; `None` if all were given out.
     pub fn next_unit(&mut self, most: usize) -> Option<SweepUnit> {
         let grid = &self.study.grid;
         let is_done =

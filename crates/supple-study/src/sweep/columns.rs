@@ -69,7 +69,7 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
     }
 }
 
-/// The columns of what the plan of a task touches; none where its model has no contacts.
+/// The columns of what the plan of a task touches; empty if its model has no contacts.
 fn of_contacts(task: &Task) -> Vec<Column> {
     let (name, contacts) = (&task.name, task.system.contacts());
     let two = |contact: &Contact| {

@@ -55,7 +55,7 @@ pub(super) struct Evaluator<'a> {
 struct Outcome {
     cells: Vec<Cell>,
     nats: f64,
-    /// What a design minimises, nats; none where that is the information measured, or was not found.
+    /// What a design minimises, nats; `None` if that is the information measured, or was not found.
     minimised: Option<f64>,
     feasible: bool,
     /// Why its numbers cannot be trusted.

@@ -89,7 +89,7 @@ pub struct BoundPoint {
     pub minimum_lower_bits_per_step: f64,
     /// The best bound in closed form, bits by decision.
     pub closed_form_bits_per_step: f64,
-    /// Why `minimum_lower_bits_per_step` is not proved, and 0; none where it is.
+    /// Why `minimum_lower_bits_per_step` is not proved, and 0; `None` if it is.
     pub not_proved: Option<String>,
     /// Why the minimum is not certified: how far the lower bound is below it; `None` if it is certified.
     pub not_certified: Option<String>,
@@ -150,7 +150,7 @@ impl Bounding {
         }
     }
 
-    /// The expected cost of the design with its own sensors; none where its filter has no steady state.
+    /// The expected cost of the design with its own sensors; `None` if its filter has no steady state.
     pub fn own_cost(&self) -> Option<f64> {
         self.own.cost
     }
@@ -163,7 +163,7 @@ impl Bounding {
         }
     }
 
-    /// The expected cost with nothing measured; none where it is infinite.
+    /// The expected cost with nothing measured; `None` if it is infinite.
     pub fn open_loop_cost(&self) -> Option<f64> {
         let cost = match &self.kind {
             Kind::Horizon(horizon, _) => {

@@ -13,9 +13,9 @@ use crate::problem::Task;
 pub(super) struct Own {
     /// How its plan ended.
     pub status: PlanStatus,
-    /// Its expected cost; none where its filter has no steady state.
+    /// Its expected cost; `None` if its filter has no steady state.
     pub cost: Option<f64>,
-    /// The part due to uncertainty about the state; none where the law is not that of the prices.
+    /// The part due to uncertainty about the state; `None` if the law is not that of the prices.
     pub price: Option<f64>,
     /// Nats at each control.
     pub control: Option<Vec<f64>>,

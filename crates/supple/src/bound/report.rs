@@ -34,20 +34,20 @@ pub struct TaskBound {
     pub time_step_s: f64,
     /// D, the expected cost that is kept: over the task, or per step where it is stationary.
     pub cost: f64,
-    /// The expected cost of the design with its own sensors; none where its filter has no steady state.
+    /// The expected cost of the design with its own sensors; `None` if its filter has no steady state.
     pub own_cost: Option<f64>,
     /// The expected cost with the state known exactly: no information keeps less.
     pub minimum_cost: f64,
-    /// The expected cost with nothing measured; none where it is infinite.
+    /// The expected cost with nothing measured; `None` if it is infinite.
     pub open_loop_cost: Option<f64>,
     /// Stationary: the data-rate theorem. Else the growth of the open-loop product, which is no bound.
     pub floor_bits_per_step: f64,
     /// Whether the floor is a bound.
     pub floor_is_bound: bool,
-    /// The bound of Kostina and Hassibi by itself, for stationary tasks; none where a singular matrix leaves it nothing
+    /// The bound of Kostina and Hassibi by itself, for stationary tasks; `None` if a singular matrix leaves it nothing
     /// to say.
     pub kostina_hassibi_bits_per_step: Option<f64>,
-    /// Why it says nothing; none where it does, or does not apply.
+    /// Why it says nothing; `None` if it does, or does not apply.
     pub kostina_hassibi_vacuous: Option<Vacuous>,
     /// The greater of both where they are bounds, and at least 0.
     pub closed_form_bits_per_step: f64,
@@ -61,7 +61,7 @@ pub struct TaskBound {
     pub not_proved: Option<String>,
     /// How far, relatively, the numbers that it is proved for are from those given: 0 unless coordinates are left out.
     pub proof_distance: Option<f64>,
-    /// What the virtual sensor achieves, by its Kalman filter on the problem as given; none where it does not settle.
+    /// What the virtual sensor achieves, by its Kalman filter on the problem as given; `None` if it does not settle.
     pub achieved_bits_per_step: Option<f64>,
     /// The expected cost that it keeps.
     pub achieved_cost: Option<f64>,
@@ -77,15 +77,15 @@ pub struct TaskBound {
     pub minimum_per_step_bits: Vec<f64>,
     /// What a prefix-free code with scalar quantisers for the virtual sensor needs at most.
     pub quantiser_bits_per_step: f64,
-    /// `DI(x -> u)` of the design; none where it is not known.
+    /// `DI(x -> u)` of the design; `None` if it is not known.
     pub control_bits_per_step: Option<f64>,
     /// At each decision, bits, T of them.
     pub control_per_step_bits: Vec<f64>,
-    /// `DI(x -> y)` of the design, of the T measurements that a decision follows; none where there is no steady state.
+    /// `DI(x -> y)` of the design, of the T measurements that a decision follows; `None` if there is no steady state.
     pub measurement_bits_per_step: Option<f64>,
     /// At each of them, bits, T of them.
     pub measurement_per_step_bits: Vec<f64>,
-    /// Of the measurement at the end, which no decision follows, bits; none where it is stationary.
+    /// Of the measurement at the end, which no decision follows, bits; `None` if it is stationary.
     pub last_measurement_bits: Option<f64>,
     /// The minimum over `DI(x -> y)`, at the design's own cost; none at another cost.
     pub efficiency: Option<f64>,
@@ -104,7 +104,7 @@ pub struct TaskBound {
 pub struct OrderLine {
     /// Which number.
     pub what: String,
-    /// Bits by decision; none where it is not known.
+    /// Bits by decision; `None` if it is not known.
     pub bits_per_step: Option<f64>,
     /// What it holds for.
     pub assumption: String,
@@ -129,7 +129,7 @@ pub(super) fn not_certified(minimum: f64, lower: f64) -> Option<String> {
 }
 
 impl TaskBound {
-    /// Why the minimum is not certified, where what is proved is far below it; none where it is not, or nothing is proved.
+    /// Why the minimum is not certified, where what is proved is far below it; `None` if it is not, or nothing is proved.
     pub fn not_certified(&self) -> Option<String> {
         not_certified(self.minimum_bits_per_step, self.minimum_lower_bits_per_step).filter(|_| self.proved)
     }

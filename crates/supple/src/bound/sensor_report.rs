@@ -119,7 +119,7 @@ fn square(matrices: &Matrices, index: usize) -> DMatrix<f64> {
     DMatrix::from_fn(matrices.rows(), matrices.rows(), |i, j| matrices.get(index, i, j))
 }
 
-/// The first `rows` rows of a matrix as lists; none where there are no columns.
+/// The first `rows` rows of a matrix as lists; empty if there are no columns.
 fn entries(matrix: &Matrices, rows: usize) -> Vec<Vec<f64>> {
     (0..rows).map(|i| (0..matrix.cols()).map(|j| matrix.get(0, i, j)).collect()).collect()
 }

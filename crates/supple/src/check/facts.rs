@@ -39,7 +39,7 @@ fn part(matrices: &Matrices, t: usize, cols: usize) -> DMatrix<f64> {
 }
 
 /// Eigenvalues of the observability Gramian `sum Phi_t' C' V^-1 C Phi_t`, `Phi_t = A_{t-1}...A_0`, each state scaled
-/// by its standard deviation at the start where that is not 0. None where it is not finite, as over long horizons of
+/// by its standard deviation at the start where that is not 0. Empty if it is not finite, as over long horizons of
 /// unstable systems.
 fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let size = plan.knots.dimensions;

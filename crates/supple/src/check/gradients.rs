@@ -39,7 +39,7 @@ pub struct ComparedGradient {
     pub name: String,
     /// The gradient.
     pub analytic: Vec<f64>,
-    /// Its finite differences; none where no point beside the design could be evaluated.
+    /// Its finite differences; `None` if no point beside the design could be evaluated.
     pub numeric: Vec<Option<Difference>>,
 }
 

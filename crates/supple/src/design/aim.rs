@@ -22,7 +22,7 @@ impl Default for Aim {
 }
 
 impl Aim {
-    /// What bounds are multiplied by; none where there are to be no bounds.
+    /// What bounds are multiplied by; `None` if there are to be no bounds.
     pub(crate) fn factor(self) -> Option<f64> {
         match self {
             Self::Information { factor } => factor.is_finite().then_some(factor),

@@ -48,7 +48,7 @@ impl Searcher<'_> {
         }
     }
 
-    /// The search from a start, resumed from cheaper plans of the others, and the better of both ends; none where no plan is
+    /// The search from a start, resumed from cheaper plans of the others, and the better of both ends; `None` if no plan is
     /// cheaper.
     fn resumed(&self, starts: &[StartSummary], start: usize) -> Option<Resumed> {
         let known = &starts[start];
@@ -68,7 +68,7 @@ impl Searcher<'_> {
         Some(Resumed { summary, better })
     }
 
-    /// The plan of every task at the end of a start, or that of another start where it is cheaper; none where no other is.
+    /// The plan of every task at the end of a start, or that of another start where it is cheaper; `None` if no other is.
     fn cheaper_plans(&self, starts: &[StartSummary], start: usize) -> Option<Vec<Matrices>> {
         let scaling = Scaling::of(&self.problem.parameters);
         let at = &starts[start];

@@ -222,7 +222,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         own.into_iter().map(|slope| slope / scale).chain(self.has_auxiliary().then_some(auxiliary)).collect()
     }
 
-    /// What is known at a point; none where nothing was ever evaluated. At a point that cannot be evaluated, and once
+    /// What is known at a point; `None` if nothing was ever evaluated. At a point that cannot be evaluated, and once
     /// the search [is stopped](Self::is_stopped), that of the last point, at the former with an infinite objective.
     pub fn at(&mut self, variables: &[f64]) -> Option<OuterPoint> {
         if let Some(visit) = self.visit(variables) {

@@ -32,7 +32,7 @@ pub struct Evaluation {
     /// How far above its bound an expected cost may be, and above the budget the price, relative to it.
     #[serde(default = "default_feasibility")]
     pub feasibility: f64,
-    /// What the parameters cost; none where none has a price.
+    /// What the parameters cost; `None` if none has a price.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub price: Option<PriceReport>,
     /// Each task.
@@ -187,13 +187,13 @@ pub struct InformationReport {
     pub bits_per_step: f64,
     /// Bits per measurement and time step.
     pub bits_per_second: f64,
-    /// The entropy form, for comparison; none where a covariance is singular.
+    /// The entropy form, for comparison; `None` if a covariance is singular.
     pub entropy_form_nats: Option<f64>,
-    /// The paper's printed form, for comparison; none where a covariance is singular.
+    /// The paper's printed form, for comparison; `None` if a covariance is singular.
     pub paper_form_nats: Option<f64>,
     /// Nats at each measurement.
     pub per_step_nats: Vec<f64>,
-    /// What any sensors and any controller would need at the least to keep the cost; none where it was not asked for or
+    /// What any sensors and any controller would need at the least to keep the cost; `None` if it was not asked for or
     /// not found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needed: Option<NeededInformation>,

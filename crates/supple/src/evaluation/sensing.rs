@@ -140,7 +140,7 @@ fn multiply<L: Lanes>(out: &mut Matrices, left: &[f64], right: &[f64], n: usize)
 }
 
 /// The diagonal of the inverse of one of these positive definite matrices, `L L'`: the columns of `L^-1`, squared and
-/// summed. None where it is not positive definite.
+/// summed. `None` if it is not positive definite.
 fn inverse_diagonal(matrix: &Matrices, index: usize) -> Option<Vec<f64>> {
     let (n, stride) = (matrix.rows(), matrix.stride());
     let mut factor = matrix.at(index).to_vec();

@@ -211,7 +211,7 @@ fn differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     error.is_finite() && sampled.difference.abs() > tolerated.max(error)
 }
 
-/// How many roll-outs estimate the cost to within [`TOLERATED`], where those that were made do not: two digits; none where
+/// How many roll-outs estimate the cost to within [`TOLERATED`], where those that were made do not: two digits; `None` if
 /// those that were made tell that it is not the predicted one, and where more than [`MOST_ROLLOUTS`] do.
 fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize> {
     let (error, tolerated) = cost_error(predicted, sampled);

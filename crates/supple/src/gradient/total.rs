@@ -64,7 +64,7 @@ pub struct TotalGradient<'a> {
 }
 
 impl<'a> TotalGradient<'a> {
-    /// The limits that the plan is at; none where it is at none.
+    /// The limits that the plan is at; `None` if it is at none.
     fn limits(&self) -> Option<&'a dyn Constraints> {
         self.system.constraints().filter(|_| self.plan.is_at_limits())
     }

@@ -28,7 +28,7 @@ const TOLERANCE: f64 = 5e-2;
 /// The controls that follow a plan whose contacts were first wider and softer than they are, and whose friction set in over
 /// higher speeds, starting from the controls in `found.trajectory`. The width begins at twice the greatest clearance of the
 /// first state and is then halved, but kept above 5/4 of the clearance that the plan still leaves, until it is below half
-/// of the least smoothing. A speed from which no plan is found goes half of the way back, by its logarithm. None where
+/// of the least smoothing. A speed from which no plan is found goes half of the way back, by its logarithm. `None` if
 /// there is nothing to approach, or no plan was found on the way. With the iterations of all of it.
 pub(crate) fn approach(
     (task, phi): (&Task, &[f64]),
@@ -155,7 +155,7 @@ pub(crate) fn has_to_approach(system: &dyn System, x: &[f64], phi: &[f64]) -> bo
 
 /// How wide contacts are.
 struct Widening {
-    /// None where they are as wide as they are.
+    /// `None` if they are as wide as they are.
     width: Option<f64>,
     /// Below this width they are.
     least: f64,

@@ -27,7 +27,7 @@ pub(super) struct Truncated {
 }
 
 /// Newton's step (theory, equation P.5c) from a plan whose policy is that of a Gauss-Newton sweep with its roots, of which
-/// the slope is, no longer than a radius: by default, than the sweep's own step. None where there is no such step. `exact`
+/// the slope is, no longer than a radius: by default, than the sweep's own step. `None` if there is no such step. `exact`
 /// is memory for the curvature of the cost.
 pub(super) fn truncated_newton(
     (problem, plan): (NominalProblem, &Plan),

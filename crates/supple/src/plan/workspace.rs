@@ -12,7 +12,7 @@ pub struct PlanWorkspace {
     pub(super) candidate: Trajectory,
     pub(super) hessian: Matrices,
     pub(super) guess: Matrices,
-    /// When searches stop where they are; none where they take the time they need.
+    /// When searches stop where they are; `None` if they take the time they need.
     pub(crate) deadline: Option<Instant>,
 }
 

@@ -144,7 +144,7 @@ pub struct TouchShare {
 }
 
 impl Consistency {
-    /// None where nothing is measured.
+    /// `None` if nothing is measured.
     fn of(task: &Task, outcomes: &[Outcome]) -> Option<Self> {
         let measured = task.system.dimensions().measurements * (task.steps + 1);
         let squared = Estimate::of(outcomes.iter().map(|outcome| outcome.squared / measured as f64));

@@ -35,7 +35,7 @@ const FACING: f64 = 0.25;
 pub struct Start {
     /// Where the tool is, m in the world.
     pub position: [f64; 3],
-    /// Its roll, pitch and yaw in the world; none where the limb has too few joints to choose them.
+    /// Its roll, pitch and yaw in the world; `None` if the limb has too few joints to choose them.
     pub rpy: Option<[f64; 3]>,
     /// Outward normal of the wall that it looks at.
     pub normal: [f64; 3],

@@ -57,7 +57,7 @@ impl Planning {
         Self { lock, still: Vec::new(), robot, tree, start }
     }
 
-    /// The line of `[model]` that locks joints; none where there is nothing to lock.
+    /// The line of `[model]` that locks joints; `None` if there is nothing to lock.
     pub fn locked_line(&self) -> Option<String> {
         let names: Vec<_> = self.lock.iter().map(|name| format!("{name:?}")).collect();
         (!names.is_empty()).then(|| format!("locked = [{}]", names.join(", ")))

@@ -185,7 +185,7 @@ fn share(of: &Known, sizes: &Matrix, places: impl Iterator<Item = (usize, usize)
     if found == 0.0 { 0.0 } else { found / largest }
 }
 
-/// The inverse: `X + (I - R)^-1 R X` with `R = I - X G`; none where that is not known to exist.
+/// The inverse: `X + (I - R)^-1 R X` with `R = I - X G`; `None` if that is not known to exist.
 fn inverse(g: &Known) -> Option<Known> {
     let n = g.off.rows;
     let identity = Wides::<WORDS>::identity(n);

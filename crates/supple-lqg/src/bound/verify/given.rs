@@ -7,7 +7,7 @@ use super::matrix::Matrix;
 pub(crate) struct Given {
     /// `A_t`, `W_t` after each decision, and `Theta_t`: T of them.
     pub stages: Vec<Stage>,
-    /// `X_0`; none where the only stage repeats for ever.
+    /// `X_0`; `None` if the only stage repeats for ever.
     pub initial: Option<Matrix>,
     /// What the covariances may cost.
     pub budget: Interval,
@@ -18,7 +18,7 @@ pub(crate) struct Stage {
     pub dynamics: Matrix,
     pub process: Matrix,
     pub price: Matrix,
-    /// How far each entry of the price may be from this one; none where it is exact.
+    /// How far each entry of the price may be from this one; `None` if it is exact.
     pub radius: Option<Matrix>,
 }
 

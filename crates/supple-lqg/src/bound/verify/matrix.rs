@@ -77,7 +77,7 @@ impl Matrix {
         })
     }
 
-    /// The lower Cholesky factor, rounded; none where a pivot is not positive.
+    /// The lower Cholesky factor, rounded; `None` if a pivot is not positive.
     pub fn cholesky(&self) -> Option<Self> {
         let n = self.rows;
         let mut g = Self::from_fn(n, n, |_, _| 0.0);

@@ -30,7 +30,7 @@ pub(crate) struct Fewer {
 }
 
 impl Quotient {
-    /// That of some rows; none where they do not hold the identity.
+    /// That of some rows; `None` if they do not hold the identity.
     pub fn new(rows: &Matrix) -> Option<Self> {
         let (r, n) = (rows.rows, rows.cols);
         let is_unit = |i: usize, j: usize| (0..r).all(|k| rows.at(k, j) == f64::from(u8::from(i == k)));

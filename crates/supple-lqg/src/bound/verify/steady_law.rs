@@ -103,7 +103,7 @@ pub(super) struct Regulated<'a, const K: usize> {
 }
 
 impl<'a, const K: usize> Regulated<'a, K> {
-    /// One step back from `S`; none where rounding decides which controls have a price.
+    /// One step back from `S`; `None` if rounding decides which controls have a price.
     pub fn at(dynamics: &'a Matrix, given: &'a Matrix, s: Wides<K>) -> Option<Self> {
         let (n, joint) = (dynamics.rows, dynamics.cols);
         let cost = semidefinite(given);

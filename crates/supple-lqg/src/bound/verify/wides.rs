@@ -85,7 +85,7 @@ impl<const K: usize> Wides<K> {
         Self::from_fn(self.rows, self.cols, |i, j| (self.at(i, j) + self.at(j, i)) * half)
     }
 
-    /// `self^-1 b`, by elimination with pivots; none where it is singular.
+    /// `self^-1 b`, by elimination with pivots; `None` if it is singular.
     pub fn solve(&self, b: &Self) -> Option<Self> {
         let (n, width) = (self.rows, self.cols + b.cols);
         let mut work = self.beside(b);

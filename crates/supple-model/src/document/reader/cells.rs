@@ -1,4 +1,4 @@
-//! Cells of tables: texts that stand for what is asked for.
+//! Table cells: texts that are read as whatever type is requested.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ pub(super) struct Cell<'a> {
     pub names: Option<&'a Names>,
 }
 
-/// What is between the entries of a list.
+/// Separator between the entries of a list.
 const BETWEEN: char = ';';
 
 impl<'a> Cell<'a> {
@@ -28,23 +28,23 @@ impl<'a> Cell<'a> {
         !self.text.contains(BETWEEN) && self.text.parse::<f64>().is_err()
     }
 
-    /// Reads a list where there is more than one entry, else a number where it is one, else text.
+    /// Reads a list if there is more than one entry, else a number if it is one, else text.
     pub fn read_any<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         if self.text.contains(BETWEEN) {
             return self.read_list(visitor);
         }
         match (self.text.parse::<i64>(), self.text.parse::<f64>()) {
             (Ok(number), _) => visitor.visit_i64(number),
-            // What is not finite is for the visitor to judge.
+            // Whether non-finite numbers are valid is up to the visitor.
             (_, Ok(number)) => visitor.visit_f64(number),
             _ => visitor.visit_str(self.text),
         }
     }
 
-    /// Reads a list, also one with a single entry.
+    /// Reads a list, which may have a single entry.
     pub fn read_list<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         let mut start = self.span.start;
-        // Of a text that stands otherwise in the file, as with quotes in it, the parts cannot be told.
+        // If the text is written differently in the file, for example with quotes, the parts cannot be located in it.
         let is_plain = self.span.len() == self.text.len();
         let words = self.text.split(BETWEEN).filter_map(|word| {
             let from = start + word.len() - word.trim_start().len();
@@ -66,7 +66,7 @@ impl<'a> Cell<'a> {
     }
 }
 
-/// The entries of a list that are still to read.
+/// The entries of a list still to be read.
 struct Words<'a> {
     words: &'a [Spanned<Content<'a>>],
     next: usize,
@@ -88,7 +88,7 @@ impl<'de> SeqAccess<'de> for Words<'_> {
     }
 }
 
-/// The next entry of a list. Where it is a list too it is the only one: all words that are left.
+/// The next entry of a list. If the entry is itself a list, it takes all remaining words.
 struct Entry<'a, 'b> {
     of: &'b mut Words<'a>,
 }

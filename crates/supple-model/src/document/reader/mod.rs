@@ -1,4 +1,4 @@
-//! Values of a parsed file, by serde. Cells of tables and names with settings are parts of it that read on with it.
+//! Reads values of a parsed file through serde. Submodules continue for table cells and for names with settings.
 
 use std::borrow::Cow;
 
@@ -21,19 +21,19 @@ use variant::within_settings;
 /// Reads a value of a parsed file.
 ///
 /// Stricter than the reader that comes with the parser: a list for `[T; N]` has N entries, neither fewer nor more, and
-/// only a table stands for a struct. Errors know the path to what is wrong.
+/// only a table is accepted for a struct. Errors carry the path to the offending value.
 #[derive(Clone, Copy)]
 pub struct Reader<'a> {
     value: &'a Spanned<Content<'a>>,
-    /// Keys of the table that are read apart.
+    /// Keys of the table that are read separately.
     apart: [&'static [&'static str]; 3],
-    /// The only keys of the table that are read, where not all are.
+    /// The only keys of the table to be read; `None` to read all.
     only: Option<&'static [&'static str]>,
-    /// A key of the table that is read as another one.
+    /// A key of the table that is read under another name.
     renamed: Option<(&'static str, &'static str)>,
-    /// Whether texts are cells of a table, which may stand for numbers and lists.
+    /// Whether texts are table cells, which may stand for numbers and lists.
     of_cells: bool,
-    /// The names that values may use; none where they may use none.
+    /// The names that values may use; `None` if they may not use any.
     names: Option<&'a Names>,
 }
 
@@ -43,13 +43,13 @@ impl<'a> Reader<'a> {
         self.value.span()
     }
 
-    /// A reader of all of a value.
+    /// A reader of a whole value.
     #[must_use]
     pub fn new(value: &'a Spanned<Content<'a>>) -> Self {
         Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false, names: None }
     }
 
-    /// The same with texts that are cells of a table, which may stand for numbers and lists.
+    /// The same, with texts treated as table cells, which may stand for numbers and lists.
     #[must_use]
     pub fn of_cells(self) -> Self {
         Self { of_cells: true, ..self }
@@ -66,7 +66,7 @@ impl<'a> Reader<'a> {
         Self { of_cells: self.of_cells, names: self.names, ..Reader::new(value) }
     }
 
-    /// The value as a cell; none where it is no text of a table.
+    /// The value as a cell; `None` if it is not text of a table.
     fn cell(&self) -> Option<Cell<'_>> {
         match self.value.get_ref() {
             Content::Text(text) if self.of_cells => Some(Cell { text, span: self.value.span(), names: self.names }),
@@ -74,20 +74,20 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Leaves out keys of the table that are read apart, up to three times; errors about unknown keys list these among the
-    /// valid ones, but for the key `kind`.
+    /// Skips keys of the table that are read separately; may be called up to three times. Errors about unknown keys list
+    /// the skipped ones among the valid ones, except for `kind`.
     #[must_use]
     pub fn beside(self, keys: &'static [&'static str]) -> Self {
         Self { apart: [self.apart[1], self.apart[2], keys], ..self }
     }
 
-    /// Leaves out all but some keys of the table.
+    /// Reads only some keys of the table.
     #[must_use]
     pub fn only(self, keys: &'static [&'static str]) -> Self {
         Self { only: Some(keys), ..self }
     }
 
-    /// Reads a key of the table as if it were another one.
+    /// Reads a key of the table under another name.
     #[must_use]
     pub fn renamed(self, key: &'static str, as_key: &'static str) -> Self {
         Self { renamed: Some((key, as_key)), ..self }
@@ -98,7 +98,7 @@ impl<'a> Reader<'a> {
         matches!(self.value.get_ref(), Content::Table(table) if table.contains_key(key))
     }
 
-    /// The value as one of several names, alone or with settings; whether it is one of them is not checked.
+    /// The value as one of several names, alone or with settings; does not check that it is one of them.
     pub fn variant(self, names: &[&str]) -> Result<Variant<'a>, ReadError> {
         let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(names)));
         let table = match self.value.get_ref() {
@@ -127,7 +127,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Where some keys are read apart, errors about unknown ones list all that are valid.
+    /// Checks for unknown keys if some keys are read separately; the error lists all valid ones.
     fn check_keys(&self, entries: &Entries, own: &[&'static str]) -> Result<(), ReadError> {
         let apart = || self.apart.iter().flat_map(|keys| keys.iter().copied()).filter(|&key| key != "kind");
         if apart().next().is_none() {
@@ -172,7 +172,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
                 Err(_) => too_large(digits),
             },
             Content::Decimal(number) => match number.parse::<f64>() {
-                // `inf` and `nan` are for the visitor to judge; a number with too many digits is neither.
+                // `inf` and `nan` are passed to the visitor to decide; a finite number that overflows is an error.
                 Ok(value) if value.is_finite() || number.contains('n') => visitor.visit_f64(value),
                 _ => too_large(number),
             },
@@ -278,7 +278,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     }
 }
 
-/// The entries of a list that are still to read.
+/// The entries of a list still to be read.
 struct List<'a> {
     entries: std::iter::Enumerate<std::slice::Iter<'a, Spanned<Content<'a>>>>,
     of: Reader<'a>,
@@ -301,11 +301,11 @@ impl<'de> SeqAccess<'de> for List<'_> {
 /// A key and its value.
 type Entry<'a> = (&'a Spanned<Cow<'a, str>>, &'a Spanned<Content<'a>>);
 
-/// The entries of a table that are still to read, and the one whose key was read last.
+/// The entries of a table still to be read, and the entry whose key was read last.
 struct Entries<'a> {
     entries: std::vec::IntoIter<Entry<'a>>,
     value: Option<Entry<'a>>,
-    /// A key that is read as another one.
+    /// A key that is read under another name.
     renamed: Option<(&'static str, &'static str)>,
     of: Reader<'a>,
 }

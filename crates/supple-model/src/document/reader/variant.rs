@@ -14,7 +14,7 @@ use crate::value::as_key;
 /// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
 pub struct Variant<'a> {
     pub(super) name: &'a str,
-    /// Bytes of the name, where it is a key.
+    /// Byte range of the name, if it is a key.
     pub(super) span: Option<Range<usize>>,
     pub(super) settings: Option<Reader<'a>>,
 }
@@ -31,7 +31,7 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
     }
 }
 
-/// An error in the settings of a name, seen from the value that has both.
+/// An error in the settings of a name, as seen from the value that holds both.
 pub(super) fn within_settings(error: ReadError, name: &str, settings: Option<Reader>) -> ReadError {
     match settings {
         Some(settings) => error.within(&as_key(name), settings.span()),
@@ -45,7 +45,7 @@ impl<'a> Variant<'a> {
         self.name
     }
 
-    /// The name is none of `valid`.
+    /// The error for a name that is not one of `valid`.
     #[must_use]
     pub fn unknown(self, valid: &[&str]) -> ReadError {
         let found = self.name;
@@ -54,7 +54,7 @@ impl<'a> Variant<'a> {
         within_settings(error, found, self.settings)
     }
 
-    /// Its settings as a struct; none are needed for one without keys.
+    /// Its settings as a struct; may be omitted if the struct needs no keys.
     pub fn read<T: for<'de> de::Deserialize<'de>>(self) -> Result<T, ReadError> {
         let (name, settings) = (self.name, self.settings);
         T::deserialize(Settings(self)).map_err(|error| within_settings(error, name, settings))

@@ -1,4 +1,4 @@
-//! The bodies of a robot: a robot file with numbers that may be parameters, where everything is and how it moves.
+//! The bodies of a robot: a robot file with numbers that may be parameters, and their positions and motion.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ pub(super) use numbers::{FrameNumbers, Override, widened};
 pub(super) use situation::Situation;
 pub use situation::{Forces, Own};
 
-/// What moves: bodies in a tree, and coordinates that compliance adds.
+/// The moving parts: bodies in a tree, and coordinates that compliance adds.
 #[derive(Clone, Debug)]
 pub(super) struct Bodies {
     /// The robot's file.
@@ -22,22 +22,22 @@ pub(super) struct Bodies {
     pub tree: Arc<Tree>,
     /// Acceleration by gravity in the world, m/s^2.
     pub gravity: [Value; 3],
-    /// Numbers of the file that the task says anew.
+    /// Numbers of the file that the task overrides.
     pub overrides: Vec<Override>,
-    /// Frames that the task places.
+    /// Frames that the task defines.
     pub frames: Vec<FrameNumbers>,
     /// How many coordinates compliance adds.
     pub added: usize,
 }
 
 impl Bodies {
-    /// How many positions there are: degrees of freedom, and with what compliance adds.
+    /// The number of degrees of freedom, and the number of all positions including those that compliance adds.
     pub fn positions(&self) -> (usize, usize) {
         let dofs = self.tree.dofs();
         (dofs, dofs + self.added)
     }
 
-    /// Whether a degree of freedom is a slide.
+    /// Whether a degree of freedom is prismatic.
     pub fn slides(&self, dof: usize) -> bool {
         let joint = self.tree.joint_indices().get(dof).map(|&joint| self.robot.joints[joint].kind);
         joint == Some(JointKind::Prismatic)

@@ -5,7 +5,7 @@ use supple_robot::{Numbers, Pose};
 use super::Bodies;
 use crate::{Point, Value};
 
-/// Numbers of a link or joint that the task says anew; others stay those of the robot's file.
+/// Numbers of a link or joint that the task overrides; the others are those of the robot's file.
 #[derive(Clone, Debug)]
 pub enum Override {
     Link {
@@ -29,17 +29,17 @@ pub enum Override {
     },
 }
 
-/// A frame that the task places on a link.
+/// A frame that the task defines on a link.
 #[derive(Clone, Debug)]
 pub struct FrameNumbers {
     pub name: String,
-    /// Number of the frame that it is placed in: a link's or another of the robot's file.
+    /// Number of the frame that it is defined in: a link, or another frame of the robot's file.
     pub on: usize,
     pub position: [Value; 3],
     pub rpy: [Value; 3],
 }
 
-/// Where a frame is: its link, and its pose in it.
+/// The link that a frame is fixed to, and its pose in it.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<S> {
     pub link: usize,
@@ -143,7 +143,7 @@ impl Override {
         }
     }
 
-    /// The keys that were given, with their values, and the minimum of each; none where any value is valid.
+    /// The keys that were given, with their values, and the minimum of each; `None` if any value is valid.
     pub fn rules(&self) -> Vec<(&'static str, Value, Option<f64>)> {
         let list = match self {
             Self::Link { mass, inertia_scale, .. } => {
@@ -161,7 +161,7 @@ impl Override {
     }
 }
 
-/// A smoothing that is wider by a value: `sqrt(smoothing^2 + by^2)` (theory, equation P.3c).
+/// A smoothing length widened by `by`: `sqrt(smoothing^2 + by^2)` (theory, equation P.3c).
 pub fn widened<S: Scalar>(at: &Point<S>, smoothing: S, by: Value) -> S {
     smoothing.mul_add(smoothing, at.value(by).square()).sqrt()
 }

@@ -6,7 +6,7 @@ use super::Bodies;
 use super::numbers::Place;
 use crate::{Point, Value};
 
-/// Where everything is and how it moves.
+/// The positions and velocities of a robot at one point.
 pub struct Situation<'a, S> {
     pub bodies: &'a Bodies,
     pub at: &'a Point<'a, S>,
@@ -17,41 +17,41 @@ pub struct Situation<'a, S> {
     smooth: bool,
 }
 
-/// The end of an implicit step, at which forces that resist motion are taken.
+/// The end of an implicit step, at which resistive forces are evaluated.
 struct Ahead<S> {
     /// Rates of all positions.
     rates: Vec<S>,
-    /// The bodies at these rates; none where no element of compliance asks for them.
+    /// The bodies at these rates; `None` if no element of compliance needs them.
     kinematics: Option<Kinematics<S>>,
     /// The step, s.
     lead: S,
 }
 
-/// Where everything is and how it moves, as an element of compliance sees it.
+/// A [`Situation`] from the viewpoint of one element of compliance.
 pub struct Own<'a, S> {
     now: &'a Situation<'a, S>,
-    /// Place of the element's first coordinate among those that compliance adds.
+    /// Index of the element's first coordinate among those that compliance adds.
     coordinate: usize,
-    /// Place of its first constant.
+    /// Index of its first constant.
     constant: usize,
 }
 
 /// Forces of drives, compliance and joints.
 #[derive(Debug)]
 pub struct Forces<S> {
-    /// On the degrees of freedom and on what compliance adds, N m or N.
+    /// Generalised forces on the degrees of freedom and on the coordinates that compliance adds, N m or N.
     pub(in crate::model) generalised: Vec<S>,
     /// On links, about the link's origin in its axes.
     pub(in crate::model) wrenches: Vec<(usize, Wrench<S>)>,
 }
 
 impl<S: Scalar> Forces<S> {
-    /// Adds an effort on a position: of a degree of freedom, or of what compliance adds, N m or N.
+    /// Adds a generalised force on a position of a degree of freedom or of compliance, N m or N.
     pub fn on_position(&mut self, place: usize, effort: S) {
         self.generalised[place] += effort;
     }
 
-    /// Adds a wrench on what a frame is fixed to, given about the frame's origin in its axes, N m and N.
+    /// Adds a wrench on the link that a frame is fixed to, about the frame's origin in its axes, N m and N.
     pub fn on_frame(&mut self, own: &Own<S>, frame: usize, wrench: Wrench<S>) {
         let place = own.now.bodies.place(frame, own.now.at);
         let force = place.pose.rotate(wrench.force);
@@ -69,8 +69,8 @@ impl<'a, S: Scalar> Situation<'a, S> {
         Self { bodies, at, numbers, kinematics, ahead: None, smooth: false }
     }
 
-    /// The same, with forces that resist motion taken at the end of the step with accelerations `a`; `with_bodies` says
-    /// whether any of them asks for the rates of frames there.
+    /// The same, with resistive forces evaluated at the end of a step with accelerations `a`; `with_bodies` tells
+    /// whether any of them needs the rates of frames there.
     pub fn at_end(mut self, a: &[S], with_bodies: bool) -> Self {
         let lead = self.at.time_step;
         let rates: Vec<S> = self.velocities().iter().zip(a).map(|(&v, &a)| lead.mul_add(a, v)).collect();
@@ -102,22 +102,22 @@ impl<'a, S: Scalar> Situation<'a, S> {
         &self.at.x[positions..2 * positions]
     }
 
-    /// The rates that forces which resist motion are linear in: the velocities, or those at the end of an implicit step.
+    /// The rates in which resistive forces are linear: the velocities, or those at the end of an implicit step.
     pub fn rates(&self) -> &[S] {
         self.ahead.as_ref().map_or(self.velocities(), |ahead| &ahead.rates)
     }
 
-    /// How far ahead such forces take positions, s.
+    /// How far ahead resistive forces evaluate positions, s.
     pub fn lead(&self) -> S {
         self.ahead.as_ref().map_or(S::zero(), |ahead| ahead.lead)
     }
 
-    /// The same for forces in joints.
+    /// The same for [passive forces](supple_robot::passive_forces) in joints.
     pub fn resisted(&self) -> Resisted<'_, S> {
         Resisted { rates: &self.rates()[..self.bodies.positions().0], lead: self.lead() }
     }
 
-    /// The same as an element of compliance sees it that is, and whose first coordinate and constant are, at these places.
+    /// The view of the element of compliance whose first coordinate and first constant have these indices.
     pub fn seen_from(&'a self, coordinate: usize, constant: usize) -> Own<'a, S> {
         Own { now: self, coordinate, constant }
     }
@@ -128,7 +128,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         self.kinematics.poses()[place.link].compose(&place.pose)
     }
 
-    /// Where a frame is fixed, its pose in the world, and its velocity in its own axes.
+    /// The link a frame is fixed to, its pose in the world, and its velocity in its own axes.
     pub fn frame(&self, frame: usize) -> (Place<S>, Pose<S>, Twist<S>) {
         let place = self.bodies.place(frame, self.at);
         let pose = self.kinematics.poses()[place.link].compose(&place.pose);
@@ -136,14 +136,14 @@ impl<'a, S: Scalar> Situation<'a, S> {
         (place, pose, own)
     }
 
-    /// The velocity of a frame in its own axes at the [rates](Self::rates) of forces that resist motion.
+    /// The velocity of a frame in its own axes at the [rates](Self::rates) used for resistive forces.
     pub fn frame_rates(&self, frame: usize) -> Twist<S> {
         let kinematics = self.ahead.as_ref().and_then(|ahead| ahead.kinematics.as_ref());
         in_frame(kinematics.unwrap_or(&self.kinematics), &self.bodies.place(frame, self.at))
     }
 
-    /// How a point of the world moves with what a frame is fixed to, in the axes of the world, for a unit of each degree of
-    /// freedom's velocity.
+    /// The motion of a world point fixed to the link of a frame, in world axes, per unit velocity of each degree of
+    /// freedom.
     pub fn point_motions(&self, frame: usize, point: [S; 3]) -> Vec<Twist<S>> {
         let link = self.bodies.place(frame, self.at).link;
         let rows = point_jacobian(&self.bodies.tree, &self.kinematics, link, point);
@@ -162,8 +162,8 @@ fn in_frame<S: Scalar>(kinematics: &Kinematics<S>, place: &Place<S>) -> Twist<S>
 }
 
 impl Situation<'_, f64> {
-    /// Where the joint of a degree of freedom is, seen from what carries it, where that which it carries is, and the
-    /// joint's axis; all in the world.
+    /// The location of a degree of freedom's joint on its parent side, that on its child side, and its axis,
+    /// all in the world.
     pub fn joint(&self, dof: usize) -> ([f64; 3], [f64; 3], [f64; 3]) {
         let index = self.bodies.tree.joint_indices()[dof];
         let (joint, numbers) = (&self.bodies.robot.joints[index], &self.numbers.joints[index]);
@@ -191,18 +191,18 @@ impl<S: Scalar> Own<'_, S> {
         self.now.positions()
     }
 
-    /// The rates of all positions that forces which resist motion are linear in: the velocities, or those at the end of
+    /// The rates of all positions in which resistive forces are linear: the velocities, or those at the end of
     /// an implicit step.
     pub fn rates(&self) -> &[S] {
         self.now.rates()
     }
 
-    /// How far ahead such forces take positions, s: a spring's force is that at `x + lead x'`.
+    /// How far ahead resistive forces evaluate positions, s: a spring takes its force at `x + lead x'`.
     pub fn lead(&self) -> S {
         self.now.lead()
     }
 
-    /// Whether dry friction is among its forces. An implicit step finds it apart from all others.
+    /// Whether its forces include dry friction. An implicit step solves for dry friction separately.
     #[must_use]
     pub fn has_friction(&self) -> bool {
         !self.now.smooth
@@ -220,19 +220,19 @@ impl<S: Scalar> Own<'_, S> {
         self.now.frame(frame).2
     }
 
-    /// The velocity of a frame in its own axes at the [rates](Self::rates) of forces that resist motion.
+    /// The velocity of a frame in its own axes at the [rates](Self::rates) used for resistive forces.
     #[must_use]
     pub fn frame_rates(&self, frame: usize) -> Twist<S> {
         self.now.frame_rates(frame)
     }
 
-    /// How a point of the world moves with what a frame is fixed to, in the axes of the world, for a unit of each degree of
-    /// freedom's velocity.
+    /// The motion of a world point fixed to the link of a frame, in world axes, per unit velocity of each degree of
+    /// freedom.
     pub fn point_motions(&self, frame: usize, point: [S; 3]) -> Vec<Twist<S>> {
         self.now.point_motions(frame, point)
     }
 
-    /// Place among all positions of the first coordinate that the element adds.
+    /// Index, among all positions, of the first coordinate that the element adds.
     pub fn place(&self) -> usize {
         self.now.bodies.positions().0 + self.coordinate
     }
@@ -244,13 +244,13 @@ impl<S: Scalar> Own<'_, S> {
 }
 
 impl Own<'_, f64> {
-    /// Where the joint of a degree of freedom is, seen from what carries it, where that which it carries is, and the
-    /// joint's axis; all in the world.
+    /// The location of a degree of freedom's joint on its parent side, that on its child side, and its axis,
+    /// all in the world.
     pub(in crate::model) fn joint(&self, dof: usize) -> ([f64; 3], [f64; 3], [f64; 3]) {
         self.now.joint(dof)
     }
 
-    /// Whether a degree of freedom is a slide.
+    /// Whether a degree of freedom is prismatic.
     pub(in crate::model) fn slides(&self, dof: usize) -> bool {
         self.now.bodies.slides(dof)
     }

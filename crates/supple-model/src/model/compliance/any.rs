@@ -16,7 +16,7 @@ use crate::{Point, Value};
 #[derive(Clone, Debug)]
 pub(in crate::model) struct Coupling(Arc<dyn Kind>);
 
-/// What is asked over one scalar of an element whose kind is not known.
+/// Interface, over one scalar type, of an element whose kind is erased.
 pub(in crate::model) trait Over<S> {
     fn inertias(&self, at: &Point<S>) -> Vec<S>;
     fn measure(&self, own: &Own<S>) -> Vec<S>;
@@ -51,7 +51,7 @@ impl<C: Compliance, S: Scalar> Over<S> for C {
     }
 }
 
-/// What is asked of an element whose kind is not known.
+/// Interface of an element whose kind is erased.
 pub(in crate::model) trait Kind: Debug + Send + Sync + Over<f64> + Over<Node> {
     fn coordinates(&self) -> usize;
     fn constants(&self) -> usize;
@@ -106,7 +106,7 @@ impl<C: Compliance> Kind for C {
     }
 }
 
-/// A scalar over which elements of compliance are known. Robots do with other scalars what they do with these: see
+/// A scalar type that elements of compliance support directly. Other scalars are handled through these: see
 /// [`Function`](supple_kernels::graph::Function).
 pub(in crate::model) trait Native: Scalar {
     /// An element over this scalar.
@@ -144,12 +144,12 @@ pub(in crate::model) const CONTACT_FORCE: &str = "contact_force";
 const PENETRATION: &str = "penetration";
 
 impl Coupling {
-    /// The same over a scalar.
+    /// Its interface over a scalar type.
     pub fn over<S: Native>(&self) -> &dyn Over<S> {
         S::over(&*self.0)
     }
 
-    /// Whether this drives the given degree of freedom elastically.
+    /// Whether this is the elastic drive of the given degree of freedom.
     pub fn is_motor_of(&self, dof: usize) -> bool {
         self.motor_of() == Some(dof)
     }
@@ -159,7 +159,7 @@ impl Coupling {
         [CONTACT_FORCE, PENETRATION].iter().all(|signal| self.signals().contains(signal))
     }
 
-    /// How it stands as a contact; none where it is none.
+    /// Its state as a contact; `None` if it is not a contact.
     pub fn contact_state(&self, own: &Own<f64>) -> Option<ContactState> {
         if !self.is_contact() {
             return None;
@@ -185,12 +185,12 @@ type Build = fn(Reader, &Names) -> Result<Result<Coupling, Unfit>, ReadError>;
 pub struct Couplings(Registry<Build>);
 
 impl Couplings {
-    /// None.
+    /// An empty registry.
     pub(super) fn none() -> Self {
         Self(Registry::default())
     }
 
-    /// Adds a kind, in the place of one that has its name.
+    /// Adds a kind, replacing any kind of the same name.
     pub fn add<C: ComplianceFile>(&mut self) {
         let build = |table: Reader, names: &Names| {
             C::File::deserialize(table).map(|file| C::build(file, names).map(Coupling::from))
@@ -203,7 +203,7 @@ impl Couplings {
         self.0.names()
     }
 
-    /// How a kind is read; none where there is no such kind.
+    /// How a kind is read; `None` if there is no such kind.
     pub(in crate::model) fn get(&self, kind: &str) -> Option<&Build> {
         self.0.get(kind)
     }

@@ -6,7 +6,7 @@ use supple_robot::{Pose, Wrench};
 use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Forces, Names, Own, Resistance, Rule, Unfit};
 use crate::Value;
 
-/// A spring and damper in six directions between the frames A and C, as Drake's `LinearBushingRollPitchYaw` means it.
+/// A spring and damper in six directions between the frames A and C, as defined by Drake's `LinearBushingRollPitchYaw`.
 ///
 /// Frame B is half-way between A and C: at the middle of their origins, turned from A by half of the rotation to C. With
 /// `p` the position of C's origin from A's in B, and roll, pitch and yaw `q` of C in A:
@@ -16,7 +16,7 @@ use crate::Value;
 /// torque on C:                      t = N' T,  T = -(torsional_stiffness q + torsional_damping q'),  q' = N w_AC
 /// ```
 ///
-/// and the opposite on A. At a pitch of a right angle the angles have no rates, and the torque no value.
+/// and the opposite on A. At a pitch of +-90 degrees the angle rates are singular and the torque is undefined.
 #[derive(Clone, Debug)]
 pub struct Bushing {
     a: usize,
@@ -58,7 +58,7 @@ impl ComplianceFile for Bushing {
 
 /// The half-way rotation of a rotation `R` by less than a half turn: `R_AB` with `R_AB R_AB = R`.
 fn half<S: Scalar>(r: &[[S; 3]; 3]) -> Pose<S> {
-    // The quaternion of R, (cos, v), by its trace 4 cos^2 - 1 and its skew part 4 cos v; then that of half of it.
+    // The quaternion of R, (cos, v), from its trace 4 cos^2 - 1 and its skew part 4 cos v; then that of half the rotation.
     let trace = r[0][0] + r[1][1] + r[2][2];
     let cos = ((trace + 1.0) * 0.25).sqrt();
     let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
@@ -73,7 +73,7 @@ fn half<S: Scalar>(r: &[[S; 3]; 3]) -> Pose<S> {
     Pose { rotation, position: [S::zero(); 3] }
 }
 
-/// `-(k x + d x')` by axis, with `x` where it is at the end of an implicit step.
+/// `-(k x + d x')` per axis, with `x` evaluated at the end of an implicit step.
 fn resist<S: Scalar>(own: &Own<S>, (k, x): ([Value; 3], [S; 3]), (d, rate): ([Value; 3], [S; 3])) -> [S; 3] {
     let lead = own.lead();
     let mut out = [S::zero(); 3];
@@ -149,10 +149,10 @@ impl Compliance for Bushing {
         let (load, p) = self.load(own);
         let (pose_a, pose_c) = (own.pose(self.a), own.pose(self.c));
         let lever = cross(scale(S::constant(0.5), p), load.force);
-        // On A at its origin: minus torque and force, the force acting half-way to C.
+        // On A at its origin: minus torque and force, with the force acting at the half-way point.
         let torque = add(load.torque, lever);
         forces.on_frame(own, self.a, Wrench { torque: scale(-S::one(), torque), force: scale(-S::one(), load.force) });
-        // On C at its origin, which is the other half away.
+        // On C at its origin, half the distance from the half-way point.
         let relative = pose_a.inverse().compose(&pose_c);
         let torque = relative.unrotate(sub(load.torque, lever));
         forces.on_frame(own, self.c, Wrench { torque, force: relative.unrotate(load.force) });
@@ -164,7 +164,7 @@ impl Compliance for Bushing {
         let between = pose_a.compose(&half(&relative.rotation));
         let (_, n) = angles(&relative.rotation);
         let middle = scale(S::constant(0.5), add(pose_a.position, pose_c.position));
-        // How fast A moves against C at the point half-way; which way round does not matter.
+        // Velocity of A relative to C at the half-way point; its sign does not matter.
         let motions = own.point_motions(self.a, middle).into_iter().zip(own.point_motions(self.c, middle));
         let (shifts, turns): (Vec<_>, Vec<_>) =
             motions.map(|(a, c)| (sub(a.linear, c.linear), sub(a.angular, c.angular))).unzip();

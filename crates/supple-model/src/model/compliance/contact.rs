@@ -10,7 +10,7 @@ use super::{
 use crate::model::bodies::widened;
 use crate::{Point, Value};
 
-/// A point or sphere on a frame against a wall whose place is not known exactly. It adds the wall's place `c` along its
+/// A point or sphere on a frame against a wall of uncertain position. It adds the wall's position `c` along its
 /// normal to the state, as a constant, m.
 ///
 /// With depth `d = c - n'(p - point) + radius` of the sphere about the frame's origin `p`, velocity `v` of that origin,
@@ -23,7 +23,7 @@ use crate::{Point, Value};
 ///
 /// The first positive part is rounded off over `smoothing`, the second over 1/2: the force is exactly 0 at clearances
 /// above `smoothing`, at any speed, and the wall never pulls (Hunt and Crossley 1975). It acts at the point that
-/// touches. A turn does not move that point along the normal, so dissipation needs no more than `v`.
+/// touches. Rotation does not move that point along the normal, so dissipation depends only on `v`.
 #[derive(Clone, Debug)]
 pub struct Contact {
     frame: usize,
@@ -35,8 +35,8 @@ pub struct Contact {
     smoothing: Value,
     friction: Value,
     slip: Value,
-    /// A length by which the contact is wider and softer than it is, and a speed by which its friction is, for
-    /// planning.
+    /// For planning: a length that widens and softens the contact, and a speed that widens its
+    /// friction.
     widening: Option<(Value, Value)>,
 }
 
@@ -73,7 +73,7 @@ pub struct File {
     slip: Value,
 }
 
-/// A face of a box, by the direction of its outward normal in the axes of the box.
+/// A face of a box, identified by its outward normal in the axes of the box.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Face {
@@ -98,7 +98,7 @@ pub enum Face {
 }
 
 impl Face {
-    /// Its axis, and whether it is against that.
+    /// Its axis, and whether the normal points in the negative direction.
     fn side(self) -> (usize, bool) {
         match self {
             Self::PlusX => (0, false),
@@ -167,32 +167,32 @@ impl ComplianceFile for Contact {
     }
 }
 
-/// The forces of a contact, and how they fall with the rates that they are linear in.
+/// The forces of a contact, and how they decrease with the rates in which they are linear.
 struct Load<S> {
     depth: S,
     /// Normal force on the frame, N.
     force: S,
-    /// The same at the velocity of now, N.
+    /// The normal force at the current velocity, N.
     pushed: S,
     /// The whole force on the frame in the world, N.
     total: [S; 3],
-    /// How it falls with the velocity along the normal, N s/m.
+    /// Its decrease per unit of velocity along the normal, N s/m.
     resistance: S,
-    /// Friction along the wall; none where it is left out.
+    /// Friction along the wall; `None` if it is excluded.
     slide: Option<Slide<S>>,
 }
 
 /// Friction along a wall.
 struct Slide<S> {
-    /// At most so much, N.
+    /// Its greatest magnitude, N.
     limit: S,
-    /// The velocity along the wall, m/s, at the rates at which forces resist.
+    /// The velocity along the wall, m/s, at the rates at which resistive forces are evaluated.
     velocity: [S; 3],
-    /// That speed with the one over which friction sets in, m/s.
+    /// Norm of that velocity and the slip speed, `sqrt(|v|^2 + slip^2)`, m/s.
     speed: S,
 }
 
-/// The range of approaching speeds, times dissipation, over which a departing body comes free.
+/// The range of `dissipation` times approach speed over which the force of a departing body vanishes.
 const RELEASE: f64 = 0.5;
 
 impl Contact {
@@ -201,8 +201,8 @@ impl Contact {
         pose.unrotate(scale(-at.value(self.radius), self.normal.map(S::constant)))
     }
 
-    /// Stiffness and smoothing; where the contact is made wider, softer too, such that the force at a depth of so many
-    /// smoothings is the same.
+    /// Stiffness and smoothing. A widened contact is also softer, so that the force at a given multiple of the
+    /// smoothing length is the same.
     fn spring<S: Scalar>(&self, at: &Point<S>) -> (S, S) {
         let (stiffness, smoothing): (S, S) = (at.value(self.stiffness), at.value(self.smoothing));
         let Some((length, _)) = self.widening else { return (stiffness, smoothing) };
@@ -243,18 +243,18 @@ impl Contact {
         Load { depth, force, pushed: pressed * rise, total, resistance, slide }
     }
 
-    /// Friction at most, given the normal force.
+    /// Greatest friction force, given the normal force.
     fn limit<S: Scalar>(&self, at: &Point<S>, pushed: S) -> S {
         at.value(self.friction) * pushed
     }
 
-    /// The speed over which friction sets in; where the contact is made wider, a higher one.
+    /// The speed over which friction builds up; higher if the contact is widened.
     fn slip_speed<S: Scalar>(&self, at: &Point<S>) -> S {
         let own = at.value(self.slip);
         self.widening.map_or(own, |(_, speed)| widened(at, own, speed))
     }
 
-    /// How the point that touches the wall moves for a unit of each degree of freedom's rate.
+    /// The motion of the touching point per unit rate of each degree of freedom.
     fn touch_motions<S: Scalar>(&self, own: &Own<S>) -> Vec<[S; 3]> {
         let pose = own.pose(self.frame);
         let touch = pose.apply(self.lever(own.at(), &pose));
@@ -262,21 +262,21 @@ impl Contact {
     }
 }
 
-/// `(1 + y)_+` of the scaled speed of approach `y`, and its slope as seen from `y = 0`: the share of a damper
-/// `1 + slope y` that it is.
+/// `(1 + y)_+` of the scaled approach speed `y`, and its secant slope from `y = 0`, with which a damper
+/// `1 + slope y` gives the same value.
 fn rise<S: Scalar>(y: S) -> (S, S) {
     let release = S::constant(RELEASE);
     let rise = (y + 1.0).rounded_positive_part(release);
-    // Where the rounding sets in, y is at most -1/2.
+    // Where the rounding begins, y is at most -1/2.
     let lifted = (-y - 1.0).rounded_positive_part(release);
     let least = (-y - RELEASE).positive_part() + RELEASE;
     (rise, S::one() - lifted / least)
 }
 
-/// The slope of the rounded positive part at a depth, or less where the body departs by more than the depth: so much
-/// less that the linearised force cannot pull.
+/// The slope of the rounded positive part at a depth, reduced if the body departs by more than the depth, so
+/// that the linearised force cannot pull.
 fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
-    // Force by stiffness: the depth itself deep inside, and 0 with the clearance of one smoothing.
+    // Force divided by stiffness: the depth itself deep inside, falling to 0 at a clearance of one smoothing length.
     let t = depth.place_in_rounding(smoothing);
     let near = smoothing * t * (t * (t - 6.0) + 10.0) / ((t * (t * 3.0 - 15.0) + 20.0) * 2.0);
     let least = smoothing * 1e-6;
@@ -342,7 +342,7 @@ impl Compliance for Contact {
         Some(Self { widening: Some((length, speed)), ..self.clone() })
     }
 
-    /// From the wall to the point that touches it.
+    /// From the wall to the touching point.
     fn draw(&self, own: &Own<f64>) -> Drawn {
         let Load { depth, total: force, .. } = self.load(own);
         let pose = own.pose(self.frame);

@@ -11,8 +11,8 @@ use crate::{Point, Value};
 /// tau = stiffness (s - q) + damping (s' - q')        motor_inertia s'' = drive - motor_damping s' - tau
 /// ```
 ///
-/// All on the joint's side of the gear: the motor's inertia is the reflected one. The motor's reaction on the link that
-/// carries it is that of a joint with high reduction (Spong 1987).
+/// All quantities are on the joint side of the gear: the motor's inertia is the reflected one. The motor's reaction on
+/// its supporting link is that of a joint with high reduction (Spong 1987).
 #[derive(Clone, Debug)]
 pub struct ElasticJoint {
     dof: usize,

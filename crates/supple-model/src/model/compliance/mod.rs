@@ -1,6 +1,6 @@
 //! Compliance: springs, dampers and contacts that a designer adds to a robot.
 //!
-//! A new kind is one file, and one line at the end of this file; that of another crate is added to
+//! To add a kind, write one file and one line at the end of this file; kinds of other crates are added to
 //! [`Kinds`](crate::Kinds).
 
 use std::fmt::Debug;
@@ -30,14 +30,14 @@ pub use names::Names;
 pub(super) use names::find;
 pub(super) use spring::Spring;
 
-/// A named element of compliance, and where in the state it finds what it adds.
+/// A named element of compliance, and the place in the state of what it adds.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub name: String,
     pub kind: Coupling,
-    /// Place of its first coordinate among those that compliance adds.
+    /// Index of its first coordinate among those that compliance adds.
     pub coordinate: usize,
-    /// Place of its first constant.
+    /// Index of its first constant.
     pub constant: usize,
 }
 
@@ -48,15 +48,15 @@ impl Element {
     }
 }
 
-/// What an element of compliance does.
+/// The behaviour of an element of compliance.
 ///
 /// It stores the indices of the frames and positions on which it acts; [`Names`] resolves them when the file is read.
-/// It is recorded once: write it to be readable, and do not branch on numbers that it computes.
+/// It is recorded only once, so favour readability over speed; do not branch on computed numbers.
 pub trait Compliance: Debug + Send + Sync + 'static {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
 
-    /// How many coordinates with velocities of their own it adds to the state.
+    /// How many coordinates it adds to the state, each with its velocity.
     fn coordinates(&self) -> usize {
         0
     }
@@ -71,13 +71,13 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// The names of what [`Compliance::measure`] gives.
+    /// The names of the values of [`Compliance::measure`].
     fn signals(&self) -> Vec<&'static str>;
 
     /// Its forces and other signals for sensors and costs.
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S>;
 
-    /// The names of what [`Compliance::deflect`] gives.
+    /// The names of the values of [`Compliance::deflect`].
     fn deflections(&self) -> Vec<&'static str> {
         Vec::new()
     }
@@ -90,7 +90,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
     /// Adds its forces to the total.
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
 
-    /// How its forces fall with the [rates](Own::rates) that they are linear in.
+    /// How its forces decrease with the [rates](Own::rates) in which they are linear.
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
 
     /// Whether it has dry friction, as [`Compliance::dry_friction`] describes.
@@ -98,13 +98,13 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         false
     }
 
-    /// Its friction along a surface, which implicit steps take at the velocity that they end with (theory, equation R.23).
+    /// Its friction along a surface, which implicit steps evaluate at their final velocity (theory, equation R.23).
     fn dry_friction<S: Scalar>(&self, _own: &Own<S>) -> Option<DryFriction<S>> {
         None
     }
 
-    /// The same element with forces that set in over a length wider by a value, m, and friction over a speed higher by
-    /// a value, m/s; none where it has no such length.
+    /// The same element with forces that build up over a length wider by `_length`, m, and friction over a speed higher by
+    /// `_speed`, m/s; `None` if it has no such length.
     fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
@@ -112,7 +112,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         None
     }
 
-    /// Where it acts, and with what force, for pictures.
+    /// Its location and force, for pictures.
     fn draw(&self, own: &Own<f64>) -> Drawn;
 
     /// The frames that it acts on.
@@ -120,17 +120,17 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Whether it belongs to a wall.
+    /// Whether it involves a wall.
     fn has_wall(&self) -> bool {
         false
     }
 
-    /// The wall that it belongs to: its normal, and a point of it, m in the world.
+    /// Its wall: the normal, and a point of it, m in the world.
     fn wall<S: Scalar>(&self, _own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
         None
     }
 
-    /// The degree of freedom that it makes elastic: its first coordinate is that of the motor.
+    /// The degree of freedom that it makes elastic; its first coordinate is then that of the motor.
     fn motor_of(&self) -> Option<usize> {
         None
     }
@@ -152,7 +152,7 @@ pub trait ComplianceFile: Compliance + Sized {
     /// The element.
     ///
     /// # Errors
-    /// What does not fit the robot.
+    /// If the table does not fit the robot.
     fn build(file: Self::File, names: &Names) -> Result<Self, Unfit>;
 }
 
@@ -162,7 +162,7 @@ pub struct Rule {
     pub(super) key: &'static str,
     pub(super) value: Value,
     pub(super) least: f64,
-    /// Whether the value must be more than that.
+    /// Whether the value must be strictly greater than the limit.
     pub(super) more: bool,
 }
 
@@ -193,29 +193,29 @@ pub struct BesideJoint {
     pub damping: Value,
 }
 
-/// A force that falls by `rows' block rows r` with the rates `r` of all positions.
+/// A force that decreases by `rows' block rows r` with the rates `r` of all positions.
 #[derive(Clone, Debug)]
 pub struct Resistance<S> {
     /// N s/m or N m s/rad: symmetric, positive semidefinite.
     pub block: Vec<Vec<S>>,
-    /// As many as the block has, each by position.
+    /// As many rows as the block, each with an entry per position.
     pub rows: Vec<Vec<S>>,
 }
 
-/// Friction of what slides along a surface: at the velocity `v = motions' rates` the force
-/// `-limit v / sqrt(v' v + smoothing^2)`. It is among the forces of [`Compliance::apply`] where [`Own::has_friction`].
+/// Friction along a surface: at the velocity `v = motions' rates` of the sliding point, the force is
+/// `-limit v / sqrt(v' v + smoothing^2)`. [`Compliance::apply`] includes it if [`Own::has_friction`].
 #[derive(Clone, Debug)]
 pub struct DryFriction<S> {
-    /// The force at speeds far above the smoothing, N: not negative, and the same at all [rates](Own::rates).
+    /// Force at speeds far above the smoothing, N: not negative, and independent of the [rates](Own::rates).
     pub limit: S,
-    /// Speed over which it sets in, m/s; above 0.
+    /// Speed over which friction builds up, m/s; above 0.
     pub smoothing: S,
-    /// How the point that slides moves along the surface for a unit of each degree of freedom's rate, in the world.
+    /// Motion of the sliding point along the surface per unit rate of each degree of freedom, in the world.
     pub motions: Vec<[S; 3]>,
 }
 
 impl<S: Scalar> Own<'_, S> {
-    /// That of a spring and damper on a sum of positions, each with its factor.
+    /// The resistance of a spring and damper on a weighted sum of positions.
     #[must_use]
     pub fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
         let mut row = vec![S::zero(); self.positions().len()];
@@ -225,7 +225,7 @@ impl<S: Scalar> Own<'_, S> {
         Resistance { block: vec![vec![self.resisting(stiffness, damping)]], rows: vec![row] }
     }
 
-    /// That of springs and dampers along three directions, of what moves by so much with each degree of freedom.
+    /// The resistance of springs and dampers along three directions; `motions` is the motion per degree of freedom.
     pub fn resistances(
         &self,
         stiffness: [Value; 3],
@@ -237,7 +237,7 @@ impl<S: Scalar> Own<'_, S> {
         self.spread(squares(&terms), motions)
     }
 
-    /// A resistance whose rows are the entries of what moves by so much with each degree of freedom.
+    /// A resistance whose rows are the entries of `motions`, the motion per degree of freedom.
     pub fn spread<const N: usize>(&self, block: [[S; N]; N], motions: &[[S; N]]) -> Resistance<S> {
         let row = |entry: usize| {
             let mut row: Vec<S> = motions.iter().map(|motion| motion[entry]).collect();
@@ -268,7 +268,7 @@ fn squares<S: Scalar>(terms: &[(S, [S; 3])]) -> [[S; 3]; 3] {
     sum
 }
 
-/// An element in a picture.
+/// How an element is drawn in a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn {
     /// What it is drawn as.
@@ -277,14 +277,14 @@ pub struct Drawn {
     pub from: [f64; 3],
     /// Its second end, m in the world.
     pub to: [f64; 3],
-    /// Force on what is at the second end, N in the world.
+    /// Force on the body at the second end, N in the world.
     pub force: [f64; 3],
     /// Torque on it, N m.
     pub torque: [f64; 3],
 }
 
 impl Drawn {
-    /// A spring beside a joint, that pushes or turns what the joint carries by `effort`.
+    /// A spring beside a joint that pushes or turns the joint's child by `effort`.
     #[must_use]
     pub fn beside_joint(own: &Own<f64>, dof: usize, effort: f64) -> Self {
         let (from, to, axis) = own.joint(dof);
@@ -300,7 +300,7 @@ impl Default for Couplings {
         let mut kinds = Self::none();
         // 6-D spring and damper between two frames.
         kinds.add::<Bushing>();
-        // Point or sphere against a wall of uncertain place.
+        // Point or sphere against a wall of uncertain position.
         kinds.add::<Contact>();
         // Spring and damper between a motor and its joint.
         kinds.add::<ElasticJoint>();

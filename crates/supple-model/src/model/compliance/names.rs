@@ -1,14 +1,14 @@
 use crate::physics::locked_message;
 use crate::quantity::Unfit;
 
-/// What an element refers to by name.
+/// The names that an element may refer to.
 #[derive(Clone, Copy, Debug)]
 pub struct Names<'a> {
     /// The degrees of freedom.
     pub(in crate::model) joints: &'a [String],
     /// All frames.
     pub(in crate::model) frames: &'a [String],
-    /// Joints that the task has taken out.
+    /// Joints that the task has locked.
     pub(in crate::model) locked: &'a [String],
     /// The robot's file.
     pub(in crate::model) robot: &'a supple_robot::Robot,
@@ -18,7 +18,7 @@ impl Names<'_> {
     /// The degree of freedom of a joint.
     ///
     /// # Errors
-    /// Where the robot has no such joint that moves; `key` is the key that names it.
+    /// If the robot has no such moving joint; `key` is the key that names it.
     pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
         if let Some((message, help)) = locked_message(name, self.locked) {
             return Err(Unfit { help: Some(help), ..Unfit::new(key, message) });
@@ -29,13 +29,13 @@ impl Names<'_> {
     /// The number of a frame.
     ///
     /// # Errors
-    /// Where the robot has no such link or frame; `key` is the key that names it.
+    /// If the robot has no such link or frame; `key` is the key that names it.
     pub fn frame(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
         find(key, "link or frame", name, self.frames)
     }
 }
 
-/// The place of a name in a list.
+/// The index of a name in a list.
 pub(in crate::model) fn find(key: &'static str, what: &str, name: &str, list: &[String]) -> Result<usize, Unfit> {
     list.iter()
         .position(|other| other == name)

@@ -1,15 +1,15 @@
-//! Costs as a norm of a residual, found in their instructions.
+//! Recognises costs as a norm of a residual from their recorded instructions.
 //!
 //! ```text
 //! l(z; phi) = nu(r(z; phi); phi),   nu = sum of weights times r_i^2, sqrt(sum of weights times r_i^2 + c), and others
 //! ```
 //!
-//! `r` holds what stands in squares, up to linear functions, and the states and controls that the other terms need.
-//! `R' nu_rr R` is then the Gauss-Newton curvature of the squares and the exact one of all else.
+//! `r` holds the arguments of squares, up to linear functions, and the states and controls that the other terms use.
+//! `R' nu_rr R` is then the Gauss-Newton curvature of the squares and the exact curvature of everything else.
 
 use super::tape::{Instruction, Tape, TapeParts};
 
-/// A cost taken apart: `nu(r)`.
+/// A cost decomposed as `nu(r)`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Composition {
     /// `r(x, u; phi)`
@@ -20,35 +20,35 @@ pub(super) struct Composition {
     pub convex: bool,
 }
 
-/// The part of the norm that a value belongs to. One value may belong to several.
+/// The roles that a value has in the norm. One value may have several.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parts {
-    /// A sum of terms.
+    /// It is a sum of terms.
     outer: bool,
-    /// A sum with a weight that may be negative.
+    /// It is a sum that may have a negative weight.
     turned: bool,
-    /// A linear function of residuals, in a square.
+    /// It is a linear function of residuals inside a square.
     inner: bool,
-    /// All of it, down to states and controls.
+    /// It is used in full, down to states and controls.
     whole: bool,
 }
 
-/// How many values are looked at to tell what one of them is.
+/// Limit on the number of values examined to classify one of them.
 const LOOK: usize = 4096;
 
 struct Search<'a> {
     parts: &'a TapeParts,
     first_result: usize,
-    /// Whether values depend on states or controls.
+    /// Whether each value depends on states or controls.
     varies: Vec<bool>,
-    /// Whether values that do not are at least 0 at any parameters.
+    /// Whether each value that does not is at least 0 for any parameters.
     positive: Vec<bool>,
     belongs: Vec<Parts>,
     convex: bool,
 }
 
 impl Composition {
-    /// The cost that is the first output of a tape.
+    /// Decomposes the cost that is the first output of a tape.
     pub fn of(tape: &Tape) -> Self {
         let mut search = Search::new(tape);
         if let Some(&cost) = tape.parts().outputs.first() {
@@ -96,7 +96,7 @@ impl<'a> Search<'a> {
         self.varies[value as usize]
     }
 
-    /// Says which parts the operands of a value belong to.
+    /// Assigns roles to the operands of a value.
     fn visit(&mut self, value: u32) {
         let Parts { outer, turned, inner, whole } = self.belongs[value as usize];
         let Some(instruction) = self.instruction(value) else { return };
@@ -142,14 +142,14 @@ impl<'a> Search<'a> {
         instruction.operands().for_each(|operand| self.belongs[operand as usize].whole = true);
     }
 
-    /// The operands of a linear function, each with whether its factor is at least 0.
+    /// The operands of a linear function, each with a flag telling whether its factor is at least 0.
     fn linear(&self, instruction: Instruction) -> Option<impl Iterator<Item = (u32, bool)> + use<>> {
         let positive = |value: u32| self.positive[value as usize];
         let list = match instruction {
             Instruction::Add(a, b) => [Some((a, true)), Some((b, true))],
             Instruction::Sub(a, b) => [Some((a, true)), Some((b, false))],
             Instruction::Neg(a) => [Some((a, false)), None],
-            // The factor's own part does not matter: it does not vary.
+            // The role of the factor itself does not matter: it is constant.
             Instruction::Mul(a, b) if !self.varies(b) => [Some((a, positive(b))), Some((b, true))],
             Instruction::Mul(a, b) if !self.varies(a) => [Some((b, positive(a))), Some((a, true))],
             Instruction::Div(a, b) if !self.varies(b) => [Some((a, positive(b))), Some((b, true))],
@@ -158,7 +158,7 @@ impl<'a> Search<'a> {
         Some(list.into_iter().flatten())
     }
 
-    /// Whether a product is a square, or part of a quadratic form; and if so, whether it is known to be at least 0.
+    /// Whether a product is a square or part of a quadratic form, and if so, whether it is known to be at least 0.
     fn square(&self, instruction: Instruction) -> Option<bool> {
         let Instruction::Mul(a, b) = instruction else { return None };
         let ((core_a, positive_a), (core_b, positive_b)) = (self.core(a), self.core(b));
@@ -169,7 +169,7 @@ impl<'a> Search<'a> {
         of_a.iter().any(|atom| of_b.contains(atom)).then_some(false)
     }
 
-    /// A value without the factors that do not vary, and whether these are at least 0.
+    /// A value without its constant factors, and whether these are at least 0.
     fn core(&self, mut value: u32) -> (u32, bool) {
         let mut positive = true;
         loop {
@@ -185,7 +185,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What a value is a linear function of; none where that takes long to say.
+    /// The values that a value is a linear function of; `None` if too many would have to be examined.
     fn atoms(&self, value: u32) -> Option<Vec<u32>> {
         let (mut atoms, mut open) = (Vec::new(), vec![value]);
         for _ in 0..LOOK {
@@ -198,7 +198,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Whether a value is a sum of squares and of what does not vary; and if so, whether all of these are known to be at
+    /// Whether a value is a sum of squares and constants, and if so, whether all of these are known to be at
     /// least 0.
     fn sum_of_squares(&self, value: u32) -> Option<bool> {
         let (mut convex, mut open) = (true, vec![(value, true)]);
@@ -223,11 +223,11 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// The two tapes.
+    /// Builds both tapes.
     fn build(&self) -> Composition {
         let TapeParts { states, controls, parameters, constants, outputs, .. } = self.parts;
         let joint = states + controls;
-        // A value becomes an entry of the residual where its parts end.
+        // A value becomes an entry of the residual where its decomposition ends.
         let is_atom = |value: u32| {
             let Parts { inner, whole, outer, .. } = self.belongs[value as usize];
             match self.instruction(value) {
@@ -265,7 +265,7 @@ impl<'a> Search<'a> {
         Composition { residual: Tape::trusted(residual), norm: Tape::trusted(norm), convex: self.convex }
     }
 
-    /// Writes what the norm needs of a value.
+    /// Writes the instructions that the norm needs for a value.
     fn write(&self, value: u32, writer: &mut Writer) {
         let (Parts { outer, inner, whole, .. }, place) = (self.belongs[value as usize], value as usize);
         let Some(instruction) = self.instruction(value) else { return };
@@ -293,7 +293,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Where the parts of each value are in the norm's tape.
+/// For each role of each value, its number in the norm's tape.
 struct Writer {
     inner: Vec<Option<u32>>,
     whole: Vec<Option<u32>>,
@@ -309,17 +309,17 @@ impl Writer {
         self.next - 1
     }
 
-    /// Where a value is whole.
+    /// The number of a value used in full.
     fn whole(&self, value: u32) -> u32 {
         self.whole[value as usize].unwrap_or(0)
     }
 
-    /// Where a value is in terms of the residual's entries; whole where it does not vary.
+    /// The number of a value in terms of the residual's entries, or of the full value if it is constant.
     fn inner(&self, value: u32) -> u32 {
         self.inner[value as usize].unwrap_or_else(|| self.whole(value))
     }
 
-    /// Where a value is as a sum of terms.
+    /// The number of a value as a sum of terms.
     fn outer(&self, value: u32) -> u32 {
         self.outer[value as usize].unwrap_or_else(|| self.inner(value))
     }

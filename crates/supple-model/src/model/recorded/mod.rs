@@ -10,19 +10,19 @@ mod tape;
 use composition::Composition;
 pub use tape::{Instruction, Tape, TapeError, TapeParts};
 
-/// A model that another program wrote down: its functions as [`Tape`]s.
+/// A model written by another program: its functions as [`Tape`]s.
 ///
-/// They are differentiated and compiled as the physics of every other model. Its cost is its own, beside those of the
+/// They are differentiated and compiled like the physics of any other model. Its own cost is added to those of the
 /// task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RecordedParts", into = "RecordedParts")]
 pub struct Recorded {
     parts: RecordedParts,
-    /// Of a stage and of the end.
+    /// Stage cost and final cost.
     costs: [Option<Composition>; 2],
 }
 
-/// What a [`Recorded`] model is made of, unchecked: as files hold it.
+/// The parts of a [`Recorded`] model, unchecked, as stored in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedParts {
@@ -34,7 +34,7 @@ pub struct RecordedParts {
     pub step: Tape,
     /// `g(x; phi)`, p outputs, of states and parameters only.
     pub observe: Tape,
-    /// `l(x, u; phi)`, one output; none where the model has no cost of its own.
+    /// `l(x, u; phi)`, one output; `None` if the model has no cost of its own.
     pub cost: Option<Tape>,
     /// `l_N(x; phi)`, one output, of states and parameters only.
     pub final_cost: Option<Tape>,
@@ -87,7 +87,7 @@ impl Recorded {
     /// The model of these parts.
     ///
     /// # Errors
-    /// Where a tape has the wrong sizes, or measurement or final cost read the controls.
+    /// If a tape has the wrong size, or the measurement or final cost reads the controls.
     pub fn new(parts: RecordedParts) -> Result<Self, TapeError> {
         let size = parts.dimensions();
         parts.check("step", &parts.step, size.states, true)?;

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::Scalar;
 
-/// One operation on values of a [`Tape`], which it names by their numbers.
+/// One operation on values of a [`Tape`], which are referred to by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Instruction {
@@ -104,7 +104,7 @@ impl Instruction {
     }
 }
 
-/// A straight programme over numbers: no branches, no loops.
+/// A straight-line program over numbers: no branches, no loops.
 ///
 /// Its values are numbered: first the inputs, which are the states, the controls, the parameters and the time step;
 /// then the constants; then the results of the instructions, in their order.
@@ -114,7 +114,7 @@ pub struct Tape {
     parts: TapeParts,
 }
 
-/// What a [`Tape`] is made of, unchecked: as files hold it.
+/// The parts of a [`Tape`], unchecked, as stored in files.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TapeParts {
@@ -132,11 +132,11 @@ pub struct TapeParts {
     pub outputs: Vec<u32>,
 }
 
-/// What is wrong with a [`Tape`], or with several that do not fit one another.
+/// An error in a [`Tape`], or in several that do not fit together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TapeError {
-    /// An instruction reads a value that is not there yet.
+    /// An instruction reads a value that has not been computed yet.
     #[error("instruction {instruction} reads value {value}, but there are {available} values before it")]
     Forward {
         /// Its number.
@@ -146,7 +146,7 @@ pub enum TapeError {
         /// How many there are.
         available: usize,
     },
-    /// An output that is no value.
+    /// An output that does not exist.
     #[error("output {output} is value {value}, but there are {available} values")]
     Output {
         /// Its number.
@@ -177,7 +177,7 @@ pub enum TapeError {
     Size {
         /// What the tape is for.
         tape: &'static str,
-        /// What is wrong in number.
+        /// The kind of input or output whose number is wrong.
         what: &'static str,
         /// How many there are.
         found: usize,
@@ -240,7 +240,7 @@ impl Tape {
         }
     }
 
-    /// The tape of parts that are made from those of another, in order.
+    /// A tape from parts derived from those of another tape, which are known to be valid.
     pub(super) fn trusted(parts: TapeParts) -> Self {
         debug_assert!(Self::new(parts.clone()).is_ok());
         Self { parts }
@@ -284,7 +284,7 @@ impl Tape {
         needed
     }
 
-    /// Runs it: `x`, `u` and `phi` may be longer than the inputs that they give; what is missing counts as 0.
+    /// Runs it. `x`, `u` and `phi` may be longer than the inputs they provide; missing entries count as 0.
     pub fn run<S: Scalar>(&self, (x, u): (&[S], &[S]), phi: &[S], time_step: S, out: &mut [S]) {
         let TapeParts { states, controls, parameters, constants, instructions, outputs } = &self.parts;
         let mut values = Vec::with_capacity(self.values());

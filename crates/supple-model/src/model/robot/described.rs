@@ -1,4 +1,4 @@
-//! The robot of a task file as a robot file would describe it.
+//! The robot of a task as a robot file would describe it.
 
 use supple_robot::{Frame, Inertia};
 
@@ -6,9 +6,9 @@ use super::Robot;
 use crate::Point;
 
 impl Robot {
-    /// The robot at parameters `phi`, with everything that a robot file can say: numbers that the task overrides,
+    /// The robot at parameters `phi`, with everything that a robot file can express: numbers that the task overrides,
     /// position and velocity drives, inserted joints, locked joints, frames of the task, gravity, and springs beside
-    /// joints. What else the task adds is among [`omitted`](supple_robot::Robot::omitted).
+    /// joints. Anything else that the task adds is listed in [`omitted`](supple_robot::Robot::omitted).
     #[must_use]
     pub fn described(&self, phi: &[f64]) -> supple_robot::Robot {
         let at = Point { x: &[], u: &[], phi, time_step: 0.0, w: &[] };
@@ -57,7 +57,7 @@ impl Robot {
                 None => robot.omitted.push(supple_robot::Omitted {
                     what: "compliance",
                     name: element.name.clone(),
-                    why: "robot files have none of its kind".to_owned(),
+                    why: "robot files cannot describe this kind".to_owned(),
                     line: 0,
                 }),
             }

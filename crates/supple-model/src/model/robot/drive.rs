@@ -14,13 +14,13 @@ use crate::{Channel, Point, Value, channels};
 pub(super) struct Drive {
     /// Index of the degree of freedom whose joint it drives.
     pub dof: usize,
-    /// Place of the motor among what compliance adds, where the joint is elastic.
+    /// Index of the motor among the coordinates that compliance adds, if the joint is elastic.
     pub motor: Option<usize>,
-    /// Torque on the joint for a unit of force.
+    /// Joint torque per unit of drive force.
     pub gear: Value,
-    /// Inertia of the rotor, felt `gear^2` times at the joint.
+    /// Rotor inertia; reflected to the joint with `gear^2`.
     pub rotor: Value,
-    /// The actuator; none where the control is the force.
+    /// The actuator; `None` if the control is the force itself.
     pub(super) actuator: Option<Servo>,
 }
 
@@ -74,8 +74,8 @@ impl Drive {
 }
 
 impl Drive {
-    /// By how much its force falls for a unit of the rate of what it drives, where positions are taken a time `lead`
-    /// ahead: `gear^2 (kv + lead kp)`, N m s/rad or N s/m. None where the force does not resist motion.
+    /// Decrease of its force per unit rate of the driven coordinate, with positions evaluated a time `lead`
+    /// ahead: `gear^2 (kv + lead kp)`, N m s/rad or N s/m. `None` if the force does not resist motion.
     pub fn resistance<S: Scalar>(&self, at: &Point<S>, lead: S) -> Option<S> {
         let Servo { kp, kv, .. } = self.actuator.as_ref()?;
         let negative = |value: &Value| matches!(value, Value::Number(number) if *number < 0.0);
@@ -87,13 +87,13 @@ impl Drive {
 }
 
 impl Servo {
-    /// Its law at these parameters, as a robot file writes it.
+    /// Its law at these parameters, in the form used in robot files.
     pub(super) fn law(&self, at: &Point<f64>) -> Law {
         let [gain, kp, kv] = [self.gain, self.kp, self.kv].map(|value| at.value(value));
         Law::new(gain, self.offset, kp, kv)
     }
 
-    /// The actuator with this index, with the numbers that the task says anew.
+    /// The actuator with this index, with the numbers that the task overrides.
     pub(super) fn new(index: usize, actuator: &Actuator, file: &DriveFile) -> Self {
         let of = |given: Option<Value>, number: f64| given.unwrap_or(Value::Number(number));
         let zero = Value::default();
@@ -109,7 +109,7 @@ impl Servo {
 }
 
 impl Robot {
-    /// The actuator that a drive is.
+    /// The actuator of a drive.
     pub(super) fn actuator_of(&self, drive: &Drive) -> Option<&Actuator> {
         self.bodies.robot.actuators.get(drive.actuator.as_ref()?.index)
     }
@@ -127,7 +127,7 @@ impl Robot {
         if self.bodies.slides(drive.dof) { ["m", "N"] } else { ["rad", "N m"] }
     }
 
-    /// A drive, and what it may exert by the effort of its joint and the force range of the actuator.
+    /// A drive with its effort limits from the effort of its joint and the force range of the actuator.
     pub(super) fn described_drive(&self, drive: &Drive) -> channels::Drive {
         let mut effort = [f64::NEG_INFINITY, f64::INFINITY];
         if let Some(actuator) = self.actuator_of(drive).filter(|actuator| !matches!(actuator.law, Law::Motor { .. })) {
@@ -141,10 +141,10 @@ impl Robot {
         channels::Drive { channel: Channel::new(self.drive_name(drive), self.units(drive)[1]), effort }
     }
 
-    /// The greatest effort of a drive's joint by the robot file; infinite where it says none.
+    /// The effort limit of a drive's joint in the robot file; infinite if it has none.
     fn effort_of_joint(&self, drive: &Drive) -> f64 {
         let effort = self.bodies.robot.joints[self.bodies.tree.joint_indices()[drive.dof]].limits.effort;
-        // 0 says that the joint has no drive in the file: where the task gives it one, nothing limits that.
+        // 0 marks a joint without a drive in the file; if the task adds a drive, its effort is unlimited.
         if effort > 0.0 { effort } else { f64::INFINITY }
     }
 

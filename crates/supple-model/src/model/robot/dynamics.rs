@@ -11,25 +11,25 @@ use crate::model::bodies::{Forces, Override, Situation, widened};
 use crate::model::compliance::{DryFriction, Element, Native, Resistance};
 
 impl Robot {
-    /// Where everything is and how it moves, with forces that resist motion taken where the integrator takes them in a step
+    /// The situation at a point, with resistive forces evaluated where the integrator evaluates them in a step
     /// with accelerations `a`.
     pub(super) fn stepping<'a, S: Native>(&'a self, at: &'a Point<'a, S>, a: &[S]) -> Situation<'a, S> {
         let now = Situation::of(&self.bodies, at);
         if self.integrator == Integrator::SemiImplicit { now } else { now.at_end(a, self.sees_frames()) }
     }
 
-    /// Whether any element of compliance asks for frames.
+    /// Whether any element of compliance uses frames.
     fn sees_frames(&self) -> bool {
         self.compliance.iter().any(|element| !element.kind.frames().is_empty())
     }
 
-    /// Whether dry friction is that at the end of the step, which depends on the accelerations as no linear function does.
+    /// Whether dry friction is evaluated at the end of the step, where it depends nonlinearly on the accelerations.
     pub(super) fn slides(&self) -> bool {
         let on_surfaces = || self.compliance.iter().any(|element| element.kind.has_dry_friction());
         self.integrator == Integrator::Implicit && (self.has_friction() || on_surfaces())
     }
 
-    /// The accelerations of an implicit step with dry friction (theory, equation R.23), to rounding.
+    /// The accelerations of an implicit step with dry friction (theory, equation R.23), exact to rounding.
     pub(super) fn sliding<S: Native>(&self, at: &Point<S>) -> Vec<S> {
         let still = vec![S::zero(); self.positions().1];
         let now = self.stepping(at, &still);
@@ -45,7 +45,7 @@ impl Robot {
         rates.iter().zip(now.velocities()).map(|(&rate, &v)| (rate - v) / now.lead()).collect()
     }
 
-    /// All that dry friction resists: of joints, then of compliance.
+    /// All dry friction: in joints, then in compliance.
     fn rubbing<S: Native>(&self, now: &Situation<S>) -> Vec<Rubbing<S>> {
         let (dofs, positions) = self.positions();
         let smoothing = self.friction_speed(now.at);
@@ -67,7 +67,7 @@ impl Robot {
         in_joints.chain(self.compliance.iter().filter_map(of)).collect()
     }
 
-    /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
+    /// All forces except inertial ones: on degrees of freedom, on coordinates that compliance adds, and on links.
     pub(super) fn forces<S: Native>(&self, now: &Situation<S>) -> Forces<S> {
         let at = now.at;
         let (_, positions) = self.positions();
@@ -92,7 +92,7 @@ impl Robot {
         forces
     }
 
-    /// The speed over which friction of joints sets in.
+    /// The speed over which joint friction builds up.
     pub(super) fn friction_speed<S: Scalar>(&self, at: &Point<S>) -> S {
         let own = at.value(self.friction_smoothing);
         self.friction_widening.map_or(own, |speed| widened(at, own, speed))
@@ -112,7 +112,7 @@ impl Robot {
         self.bodies.overrides.iter().filter_map(given).next_back().map_or(own, |value| !value.is_zero())
     }
 
-    /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
+    /// `M`, with rotors and added coordinates; in an implicit step also the resistance to the rates at its end.
     pub(super) fn inertia<S: Native>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
         let (dofs, positions) = self.positions();
         let mut mass = mass_matrix(&self.bodies.tree, &now.numbers, &now.kinematics);
@@ -135,7 +135,7 @@ impl Robot {
         mass
     }
 
-    /// Adds how the forces at the end of a step fall with the accelerations (theory, equation R.21).
+    /// Adds the decrease of the forces at the end of a step with the accelerations (theory, equation R.21).
     pub(super) fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let (_, positions) = self.positions();
@@ -168,12 +168,12 @@ impl Robot {
         }
     }
 
-    /// Place among all positions of what a drive acts on: its joint, or the motor of an elastic one.
+    /// Index, among all positions, of the coordinate that a drive acts on: its joint, or the motor of an elastic joint.
     pub(super) fn driven(&self, drive: &Drive) -> usize {
         drive.motor.map_or(drive.dof, |motor| self.positions().0 + motor)
     }
 
-    /// Inertias of rotors, felt at their joints or motors.
+    /// Inertias of rotors, reflected to their joints or motors.
     pub(super) fn rotors<S: Scalar>(&self, at: &Point<S>) -> Vec<(usize, S)> {
         let felt = |drive: &Drive| {
             let place = self.driven(drive);

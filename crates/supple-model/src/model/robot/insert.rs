@@ -58,12 +58,12 @@ enum Axis {
     Rz,
 }
 
-/// Joints that were inserted, with the numbers that may be parameters.
+/// Inserted joints, with their numbers that may be parameters.
 #[derive(Debug)]
 pub(super) struct Inserted {
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Name of the link beyond.
+    /// Name of the link after the joints.
     pub link: String,
     pub mass: Value,
     pub center: [Value; 3],
@@ -74,7 +74,7 @@ pub(super) struct Inserted {
 /// Inserts all joints that the task asks for, one after the other.
 ///
 /// # Errors
-/// Where one of them does not fit the robot.
+/// If one of them does not fit the robot.
 pub(super) fn insert(
     document: &Document,
     files: Vec<InsertFile>,
@@ -163,7 +163,7 @@ impl InsertFile {
         }
     }
 
-    /// The axes about and along which it moves: at least one, and each once.
+    /// The axes of motion: at least one, each at most once.
     fn distinct_axes(&self, error: &dyn Fn(&[Place], String) -> FileError) -> Result<Vec<InsertedAxis>, FileError> {
         let axes: Vec<InsertedAxis> = self.axes.iter().map(|&axis| InsertedAxis::ALL[axis as usize]).collect();
         if axes.is_empty() {
@@ -188,7 +188,7 @@ impl InsertFile {
         Ok(())
     }
 
-    /// Its inertia where it has any; numbers that are parameters are 0 in it.
+    /// Its inertia, if it has any; entries that are parameters are set to 0.
     fn own_inertia(&self) -> Option<Inertia> {
         let [ixx, iyy, izz] = self.inertia;
         let number = |value: Value| if let Value::Number(number) = value { number } else { 0.0 };

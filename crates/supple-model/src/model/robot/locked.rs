@@ -1,4 +1,4 @@
-//! Joints that the task takes out of the robot.
+//! Joints that the task locks.
 
 use std::collections::BTreeMap;
 
@@ -91,11 +91,11 @@ impl Locked {
         }
     }
 
-    /// The robot without these joints; a position that a joint cannot have is one of its warnings.
+    /// The robot with these joints locked; positions outside a joint's range are added to its warnings.
     ///
     /// # Errors
-    /// Where one of them is none that moves on its own, is named twice, or is at no finite position; and where none is
-    /// left that moves.
+    /// If one of them does not move on its own, is named twice, or has a non-finite position; or if no moving
+    /// joint is left.
     pub fn apply(&self, document: &Document, robot: supple_robot::Robot) -> Result<supple_robot::Robot, FileError> {
         let listed = self.joints();
         if listed.is_empty() {
@@ -133,7 +133,7 @@ impl Locked {
     }
 }
 
-/// What is doubtful about the position at which a joint is locked, and advice.
+/// A warning if the position of a locked joint looks wrong, with advice.
 fn doubt(joint: &Joint, position: f64) -> Option<(String, Option<String>)> {
     let Limits { lower, upper, .. } = joint.limits;
     let help = if joint.kind == JointKind::Prismatic { None } else { degrees(position) };
@@ -146,7 +146,7 @@ fn doubt(joint: &Joint, position: f64) -> Option<(String, Option<String>)> {
     Some((format!("joint `{name}` is locked at {at}, outside its range {range}"), help))
 }
 
-/// The joint of a degree of freedom, by name, or what is wrong and advice.
+/// The joint with this name, which must move on its own; the error comes with advice.
 fn joint_of(robot: &supple_robot::Robot, tree: &Tree, name: &str) -> Result<usize, (String, Option<String>)> {
     if let Some(joint) = robot.joint(name).map(|joint| &robot.joints[joint]) {
         if joint.kind == JointKind::Fixed {

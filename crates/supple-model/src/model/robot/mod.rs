@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! keys.rs, build/: task file + robot file -> Robot
-//! ../bodies/: numbers that are parameters, and where everything is
+//! ../bodies/: numbers that may be parameters, positions and motion
 //! ../compliance/, drive.rs: forces        dynamics.rs, sliding.rs: inertia and steps
-//! signals.rs: what can be measured        picture.rs: what it looks like
+//! signals.rs: what can be measured        picture.rs: its appearance
 //! ```
 
 use std::path::PathBuf;
@@ -50,13 +50,13 @@ use native::{Part, run};
 ///
 /// The state is `[q, s, q', s', c]`: positions of the degrees of freedom (rad or m) and of what compliance adds (such
 /// as motors of elastic joints), their velocities, and uncertain constants (such as wall positions). The controls are
-/// torques or forces of the drives, or what the actuators of the file take. A step is
+/// drive torques or forces, or the inputs of actuators. A step is
 ///
 /// ```text
 /// M(q) a = tau(q, v, u) - h(q, v)      v+ = v + dt a      q+ = q + dt v+
 /// ```
 ///
-/// where `tau` of springs, dampers, friction and contacts may be that of the step's end.
+/// where the forces of springs, dampers, friction and contacts in `tau` may be evaluated at the end of the step.
 #[derive(Clone, Debug)]
 pub struct Robot {
     /// The file that it was read from.
@@ -66,18 +66,18 @@ pub struct Robot {
     compliance: Vec<Element>,
     sensors: Vec<Sensor>,
     friction_smoothing: Value,
-    /// A speed by which friction of joints sets in later, for planning.
+    /// For planning: a speed that widens the smoothing of joint friction.
     friction_widening: Option<Value>,
     integrator: Integrator,
     substeps: usize,
-    /// Joints that the task has taken out.
+    /// Joints that the task has locked.
     locked: Vec<String>,
     /// Joints that the task has inserted.
     inserted: Vec<String>,
 }
 
 impl Robot {
-    /// How many positions there are: degrees of freedom, and with what compliance adds.
+    /// The number of degrees of freedom, and the number of all positions including those that compliance adds.
     fn positions(&self) -> (usize, usize) {
         self.bodies.positions()
     }
@@ -86,8 +86,8 @@ impl Robot {
         self.compliance.iter().map(|element| element.kind.constants()).sum()
     }
 
-    /// Names and units of the states: those of a motor are those of its joint, and walls have places. What else
-    /// compliance of other crates adds has none.
+    /// Names and units of the states. A motor uses those of its joint, and wall positions are in m. Other constants that
+    /// compliance of other crates adds have no unit.
     fn state_channels(&self) -> Vec<Channel> {
         let [mut positions, mut rates, mut constants] = [const { Vec::new() }; 3];
         let mut moves = |slides: Option<bool>| {

@@ -1,4 +1,4 @@
-//! The functions of a robot that go through its compliance, whose kinds are not known: over any scalar.
+//! Robot functions that involve compliance, whose concrete kinds are erased, made available over any scalar.
 
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call};
@@ -9,15 +9,15 @@ use crate::model::compliance::Native;
 /// One of these functions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Part {
-    /// What the unknowns are defined by.
+    /// The residual that defines the unknowns.
     Balance,
     /// The mass matrix, by rows.
     Mass,
-    /// The unknowns, where they need more than the mass matrix.
+    /// The unknowns, if the equation is not linear in them.
     Solution,
     /// All signals.
     Signals,
-    /// The places of landmarks, three numbers each.
+    /// The positions of landmarks, three numbers each.
     Landmarks,
 }
 

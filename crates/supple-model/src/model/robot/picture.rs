@@ -1,4 +1,4 @@
-//! What a robot looks like: its meshes, and the line skeleton that stands for links without them.
+//! How a robot is drawn: its meshes, and the line skeleton that replaces missing ones.
 
 use supple_robot::vector::{add, dot, scale, sub};
 use supple_robot::{Joint, JointKind, JointNumbers, Numbers};
@@ -21,7 +21,7 @@ const NEAR: f64 = 2.0;
 /// How many points have their uncertainty drawn.
 const MOST_LANDMARKS: usize = 12;
 
-/// A typical length of a robot, m: how far the end that is furthest from the root can be, all joints stretched.
+/// A typical length of a robot, m: the greatest distance of an end from the root with all joints stretched.
 fn size(robot: &supple_robot::Robot, numbers: &Numbers<f64>) -> f64 {
     let mut reach = vec![0.0_f64];
     for (joint, numbers) in robot.joints.iter().zip(&numbers.joints) {
@@ -29,7 +29,7 @@ fn size(robot: &supple_robot::Robot, numbers: &Numbers<f64>) -> f64 {
     }
     let ends = robot.frames.iter().map(|frame| reach[frame.link] + length(frame.pose.position));
     let size = ends.chain(reach.iter().copied()).fold(0.0, f64::max);
-    // A robot all of whose joints are in one place has no size; it moves by some decimetres then.
+    // With all joints in one place the size is 0; use some decimetres instead.
     if size > 0.0 && size.is_finite() { size } else { 0.3 }
 }
 
@@ -45,7 +45,7 @@ fn capsule(from: [f64; 3], to: [f64; 3], radius: f64) -> Shape {
     Shape::placed(&pose, Solid::Capsule { radius, length: length(along) })
 }
 
-/// The rail of a prismatic joint in its parent link: where it can go, as far as that is limited.
+/// The rail of a prismatic joint in its parent link: its range of travel, if limited.
 fn rail(joint: &Joint, numbers: &JointNumbers<f64>, radius: f64) -> Option<Shape> {
     let ends = [joint.limits.lower, joint.limits.upper].map(|end| end - joint.reference);
     let is_drawn = joint.kind == JointKind::Prismatic && ends.iter().all(|end| end.is_finite()) && ends[0] < ends[1];
@@ -55,7 +55,7 @@ fn rail(joint: &Joint, numbers: &JointNumbers<f64>, radius: f64) -> Option<Shape
 }
 
 impl Robot {
-    /// Frames whose uncertainty is drawn: those of the compliance, and the ends of the robot, as far as they move.
+    /// Frames whose uncertainty is drawn: those of the compliance, and the end links of the robot, if they move.
     fn tracked(&self) -> Vec<usize> {
         let robot = &self.bodies.robot;
         let is_end = |link: &usize| robot.joints.iter().all(|joint| joint.parent != *link);
@@ -71,8 +71,8 @@ impl Robot {
         frames
     }
 
-    /// The line skeleton of a link: lines from its joint to the next joints and to its frames, rails of joints that slide
-    /// on it, and a mark at its joint. Where a last link has no frames, its line ends at its centre of mass.
+    /// The line skeleton of a link: lines from its joint to the next joints and to its frames, rails of prismatic joints
+    /// on it, and a mark at its joint. The line of an end link without frames ends at its centre of mass.
     fn skeleton(&self, at: &Point<f64>, numbers: &Numbers<f64>, line: f64, link: usize) -> Vec<Shape> {
         let robot = &self.bodies.robot;
         let joint = link.checked_sub(1);

@@ -1,10 +1,10 @@
-//! Elements of compliance that could do nothing, as nothing moves where they act.
+//! Detects elements of compliance without effect, because nothing can move where they act.
 
 use super::Robot;
 use crate::model::compliance::Element;
 
 impl Robot {
-    /// What is wrong with an element that acts between frames which cannot move against one another, or on one that
+    /// The error for an element between frames that cannot move relative to each other, or on a frame that
     /// cannot move: the key, what is wrong, and advice.
     pub(super) fn rigid(&self, element: &Element) -> Option<(&'static str, String, String)> {
         let names = self.bodies.frame_names();

@@ -1,4 +1,4 @@
-//! What sensors and costs may use beside states: frames, forces and deflections of compliance, power, centre of mass.
+//! Signals available to sensors and costs besides states: frames, compliance, drives and the centre of mass.
 
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, scale};
@@ -11,8 +11,8 @@ use crate::model::compliance::Native;
 use crate::physics::{CENTER_OF_MASS, EFFORT, FRAME_SIGNALS, FileSensor, POWER, Sensed, frame_signals};
 
 impl Robot {
-    /// Of every frame [`FRAME_SIGNALS`]; of every element of compliance its forces and deflections, `NAME.FORCE`; of every
-    /// drive its [`EFFORT`] and [`POWER`]; the [`CENTER_OF_MASS`].
+    /// [`FRAME_SIGNALS`] of every frame; `NAME.FORCE` and deflections of every element of compliance; [`EFFORT`] and
+    /// [`POWER`] of every drive; the [`CENTER_OF_MASS`].
     pub(super) fn signal_names(&self) -> Vec<String> {
         let frames = self.bodies.frame_names().into_iter();
         let frames = frames.flat_map(|frame| FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}")));
@@ -85,7 +85,7 @@ impl Robot {
         supported.chain(others).collect()
     }
 
-    /// The frame with this number where all joints are at their references, the initial state of the file.
+    /// The pose of the frame with this number when all joints are at their references, the file's initial state.
     fn at_reference(&self, frame: usize) -> Pose {
         let (robot, tree): (_, &Tree) = (&*self.bodies.robot, &self.bodies.tree);
         let q: Vec<f64> = tree.joint_indices().iter().map(|&joint| robot.joints[joint].reference).collect();

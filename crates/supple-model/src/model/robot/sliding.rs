@@ -1,19 +1,19 @@
-//! The rates with which an implicit step with dry friction ends.
+//! The rates at the end of an implicit step with dry friction.
 
 use supple_kernels::{Ldl, Scalar};
 
-/// What dry friction resists: at the velocity `v = rows rates` with the force `-limit v / sqrt(v' v + smoothing^2)`.
+/// One dry friction: at the velocity `v = rows rates` it exerts the force `-limit v / sqrt(v' v + smoothing^2)`.
 #[derive(Debug)]
 pub(super) struct Rubbing<S> {
     /// N m or N, not negative.
     pub limit: S,
     /// rad/s or m/s, above 0.
     pub smoothing: S,
-    /// A row for every direction, each by position.
+    /// A row per direction, with an entry per position.
     pub rows: Vec<Vec<S>>,
 }
 
-/// A step without dry friction, whose rates at its end are `velocities + lead a` with `inertia a + needed = 0`.
+/// A step without dry friction: its final rates are `velocities + lead a`, where `inertia a + needed = 0`.
 #[derive(Debug)]
 pub(super) struct FreeStep<S> {
     pub inertia: Vec<Vec<S>>,
@@ -23,22 +23,22 @@ pub(super) struct FreeStep<S> {
     pub lead: S,
 }
 
-/// Rates that change by less than this share of speed and smoothing are found: the next change is its square.
+/// Rates have converged if they change by less than this fraction of speed and smoothing: the next change is its square.
 const SETTLED: f64 = 1e-6;
 
-/// Changes whose squared shares of speed and smoothing add up to less than this are made as they are.
+/// Changes whose squared fractions of speed and smoothing add up to less than this are taken in full.
 const SMALL: f64 = 1e-4;
 
-/// Runs of the method at most. Of a million random steps none took more than 30.
+/// Greatest number of iterations. Of a million random steps, none took more than 30.
 const MOST: usize = 60;
 
 /// The rates `r` at the end of the step with dry friction (theory, equations R.23 to R.24a): those where
 /// `inertia (r - velocities) / lead + needed + sum rows' limit v / sqrt(v' v + smoothing^2)` is 0.
 ///
-/// They are where a strictly convex function is least. Newton's method would not find them from afar, as friction hardly
-/// changes where it slides and changes at once where it sticks: directions of friction are variables of their own, which the
-/// method of Chan, Golub and Mulet (1999) moves beside the rates. It begins at the velocities; a change that ends where the
-/// function rises steeply is shortened.
+/// They minimise a strictly convex function. Newton's method does not converge from afar, as friction hardly
+/// changes when sliding but abruptly when sticking. Therefore the friction directions are separate variables, which the
+/// method of Chan, Golub and Mulet (1999) updates along with the rates. It starts at the velocities, and shortens a
+/// change that ends where the function rises steeply.
 pub(super) fn sliding_rates<S: Scalar>(step: &FreeStep<S>, rubbing: &[Rubbing<S>]) -> Vec<S> {
     let count = step.velocities.len();
     let directions = rubbing.iter().flat_map(|Rubbing { smoothing, rows, .. }| {
@@ -54,7 +54,7 @@ pub(super) fn sliding_rates<S: Scalar>(step: &FreeStep<S>, rubbing: &[Rubbing<S>
     found[..count].to_vec()
 }
 
-/// The next rates and directions, and by how much the rates have yet to settle.
+/// The next rates and directions, and a measure of convergence that is negative once the rates have converged.
 fn improve<S: Scalar>(step: &FreeStep<S>, rubbing: &[Rubbing<S>], rates: &[S], directions: &[S]) -> (Vec<S>, S) {
     let FreeStep { inertia, needed, velocities, lead } = step;
     let mut matrix = inertia.clone();
@@ -73,7 +73,7 @@ fn improve<S: Scalar>(step: &FreeStep<S>, rubbing: &[Rubbing<S>], rates: &[S], d
             let force = along * v;
             row.iter().zip(&mut missing).for_each(|(&entry, missing)| *missing -= entry * force);
         }
-        // Symmetric and never negative, as neither the direction nor `v inverse` is longer than 1.
+        // Symmetric and positive semidefinite, as neither the direction nor `v inverse` is longer than 1.
         let half = inverse * 0.5;
         let weight = |a: usize, b: usize| {
             let own = if a == b { S::one() } else { S::zero() };
@@ -113,7 +113,7 @@ fn improve<S: Scalar>(step: &FreeStep<S>, rubbing: &[Rubbing<S>], rates: &[S], d
         changes.push((change, turn));
     }
     let [half_way, at_end] = [(0.5, friction[0]), (1.0, friction[1])].map(|(share, own)| flat + bend * share + own);
-    // A change that ends far beyond the least value is shortened; where it is small it is right.
+    // A change that ends far beyond the minimum is shortened; a small change is taken in full.
     let [quarter, most] = [0.25, 0.75].map(S::constant);
     let shortened = (at_end - falls * 0.5).select(half_way.select(quarter, most), S::one());
     let share = (left - SMALL).select(shortened, S::one());
@@ -167,8 +167,8 @@ mod tests {
         }
     }
 
-    /// A step of up to eight positions, whose joints rub and whose bodies rub on walls, with anything from sticking to
-    /// sliding fast.
+    /// A step of up to eight positions with friction in joints and on walls, ranging from sticking to
+    /// fast sliding.
     fn random_step(random: &mut Random) -> (FreeStep<f64>, Vec<Rubbing<f64>>) {
         let count = 1 + (random.power(0.0, 0.9) as usize);
         let arms: Vec<Vec<f64>> = (0..count).map(|_| random.evens(count)).collect();
@@ -194,7 +194,7 @@ mod tests {
         (FreeStep { inertia, needed, velocities, lead: random.power(-5.0, -1.0) }, rubbing)
     }
 
-    /// What is left of the equation at some rates, by the largest of its terms.
+    /// The residual of the equation at some rates, relative to the largest of its terms.
     fn left(step: &FreeStep<f64>, rubbing: &[Rubbing<f64>], rates: &[f64]) -> f64 {
         let mut terms: Vec<Vec<f64>> = step.needed.iter().map(|&force| vec![step.lead * force]).collect();
         for (row, terms) in step.inertia.iter().zip(&mut terms) {
@@ -212,7 +212,7 @@ mod tests {
         terms.iter().map(|terms| terms.iter().sum::<f64>().abs() / largest).fold(0.0, f64::max)
     }
 
-    /// How many runs random steps take at most, all of whose rates are found.
+    /// The greatest number of iterations over random steps, checking that all of them converge.
     fn most_runs(count: usize, seed: u64) -> usize {
         let mut random = Random(seed);
         let mut most = 0;
@@ -249,7 +249,7 @@ mod tests {
         assert!((10..MOST / 2).contains(&most), "{most}");
     }
 
-    /// What [`MOST`] says.
+    /// Checks the claim at [`MOST`].
     #[test]
     #[ignore = "a million steps"]
     fn a_million_steps() {

@@ -9,10 +9,10 @@ use crate::model::compliance::find;
 use crate::model::{PoseFile, Start};
 use crate::quantity::Unfit;
 
-/// A pose as it is typed in a task, with digits enough to be reached.
+/// A pose written as in a task file, with enough digits to be reachable.
 fn typed(pose: &PoseFile, found: &Pose) -> String {
     let list = |numbers: [f64; 3]| {
-        // Zero is written without its sign.
+        // Avoids negative zero.
         let rounded = numbers.map(|number| (number * 1e6).round() / 1e6 + 0.0);
         format!("[{}]", rounded.map(|number| format!("{number:?}")).join(", "))
     };
@@ -21,11 +21,11 @@ fn typed(pose: &PoseFile, found: &Pose) -> String {
 }
 
 impl Robot {
-    /// The first state, but for what the task says of single states: positions and velocities of the degrees of
-    /// freedom, and 0 for all else.
+    /// The first state before individual states of the task are applied: positions and velocities of the degrees of
+    /// freedom, and 0 for everything else.
     ///
     /// # Errors
-    /// Where there is no such keyframe or frame, or the frame does not reach the pose.
+    /// If there is no such keyframe or frame, or the frame cannot reach the pose.
     pub(super) fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit> {
         let (dofs, positions) = self.positions();
         let mut x = vec![0.0; 2 * positions + self.constants()];
@@ -54,8 +54,8 @@ impl Robot {
         Unfit { help, ..Unfit::new("key", message) }
     }
 
-    /// Positions at which a frame is where it is to be, from those given; joints of which the task says where they are
-    /// stay there.
+    /// Positions at which a frame has the given pose, searched from those given; joints whose positions the task sets
+    /// are held.
     fn positions_at(&self, pose: &PoseFile, from: &[f64], start: &Start) -> Result<Vec<f64>, Unfit> {
         let names: Vec<String> = self.bodies.frame_names().into_iter().map(str::to_owned).collect();
         let frame = find("frame", "link or frame", &pose.frame, &names)?;
@@ -68,7 +68,7 @@ impl Robot {
         let given = &start.given[..from.len()];
         let limits: Vec<_> =
             self.bodies.tree.joint_indices().iter().map(|&joint| self.bodies.robot.joints[joint].limits).collect();
-        // What the task inserted has no drive: it stays where its springs are at rest.
+        // Inserted joints have no drive: they stay where their springs are at rest.
         let free = given.iter().zip(self.bodies.tree.joints());
         let free = free.map(|(given, joint)| given.is_none() && !self.inserted.contains(joint));
         let reach = Reach {
@@ -114,8 +114,8 @@ impl Robot {
         Unfit::new("", message).with_help(help)
     }
 
-    /// States that are what another state is where the task says nothing of them: those of motors, and those of their
-    /// joints.
+    /// Pairs of states, of a motor and of its joint: the motor's defaults to the joint's if the task does not set
+    /// it.
     pub(super) fn motor_states(&self) -> Vec<(usize, usize)> {
         let (dofs, positions) = self.positions();
         let motors = self.compliance.iter().flat_map(|element| {

@@ -8,7 +8,7 @@ use crate::Model;
 use crate::system::trace::{Linearised, entries, source};
 
 impl<M: Model> Recorder<'_, M> {
-    /// How the unknowns respond (theory, equations U.2 and U.4), as rows of length k: `W_j` for every variable of `z`, then
+    /// Responses of the unknowns (theory, equations U.2 and U.4), as rows of length k: `W_j` for every variable of `z`, then
     /// the multipliers `mu` of the costates, then `w` itself.
     pub fn responses(&self) -> Program {
         record(|| {

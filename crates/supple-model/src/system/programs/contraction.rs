@@ -11,9 +11,9 @@ use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
 impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).
     ///
-    /// With `mu_j = -M^-1 F_w' F_bar_j` it is that of `sum_j (F_bar_j, mu_j)' (F, r)' (e_j, W_j)`, all but the
-    /// derivatives `(F, r)'` held fixed, and with `w` moving as it must. The gradient by `z` is a vector where
-    /// those of steps are `composed`, and is else added to the last column of the joint matrix.
+    /// With `mu_j = -M^-1 F_w' F_bar_j` it is that of `sum_j (F_bar_j, mu_j)' (F, r)' (e_j, W_j)`, with everything except
+    /// the derivatives `(F, r)'` held fixed, and `w` following its equation. The gradient with respect to `z` is a vector
+    /// if steps are `composed`; otherwise it is added to the last column of the joint matrix.
     pub fn contract_dynamics(&self, composed: bool) -> Program {
         record(|| {
             let trace = self.trace(false);
@@ -123,8 +123,8 @@ fn weighed_triangle(hessian: &[Vec<Node>], stride: usize) -> Vec<(Node, Node)> {
     weighed
 }
 
-/// The gradient of a weighted sum by `z`, added to the last column of the joint matrix, and by the parameters. Where the
-/// next state is given, the joint matrix has its rows and columns too.
+/// The gradient of a weighted sum with respect to `z`, added to the last column of the joint matrix, and to the
+/// parameters. If the next state is an input, the joint matrix has rows and columns for it too.
 fn contraction<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Outputs {
     let variables = trace.of_cost();
     let joint = variables.len();

@@ -27,8 +27,8 @@ impl<M: Model> Recorder<'_, M> {
             let mut outputs = Outputs::new();
             for a in 0..joint {
                 set(&mut outputs, gradient[a], a * stride + joint);
-                // Both curvatures write the same entries: they take turns with one matrix. All of them, where what is
-                // made convex may fill any.
+                // Both curvatures share a matrix and must write the same entries; all entries if making it
+                // convex may fill any of them.
                 let always = !self.is_convex(last);
                 for b in (a..joint).filter(|&b| always || !(hessian[a][b].is_zero() && exact[a][b].is_zero())) {
                     outputs.push((hessian[a][b], Target::Set { sink: 0, offset: a * stride + b }));
@@ -41,7 +41,7 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// The second derivatives of the cost by `z`, of which the upper triangle counts.
+    /// The second derivatives of the cost with respect to `z`; only the upper triangle is used.
     pub(super) fn cost_curvature(&self, trace: &Trace<M>, curvature: Curvature, last: bool) -> Vec<Vec<Node>> {
         match curvature {
             Curvature::GaussNewton => self.gauss_newton(trace, last),
@@ -89,7 +89,7 @@ impl<M: Model> Recorder<'_, M> {
         hessian
     }
 
-    /// Whether the Gauss-Newton curvature is known never to be indefinite.
+    /// Whether the Gauss-Newton curvature is known to be positive semidefinite.
     pub fn is_convex(&self, last: bool) -> bool {
         let curved = |weights: &Weights| matches!(weights, Weights::Equal(_)) && !weights.are_zero();
         let convex = |cost: &Cost| cost.norm.is_convex() || !curved(cost.weights(last));
@@ -123,7 +123,7 @@ impl<M: Model> Recorder<'_, M> {
             let lambda = entries(source::COSTATE, dynamics.next.len());
             let mu: Vec<Node> = dynamics.multipliers(&f_w, &lambda).into_iter().map(Node::opaque).collect();
             let joint = trace.z.len();
-            // The multipliers stand still: they are variables that nothing moves.
+            // The multipliers are held fixed: they are independent variables.
             let variables: Vec<Node> = dynamics.variables(&trace.z).into_iter().chain(mu.iter().copied()).collect();
             let lagrangian: Vec<_> = weigh(&dynamics.next, &lambda).chain(weigh(&dynamics.residual, &mu)).collect();
             let gradient = vjp(&lagrangian, &variables);

@@ -29,7 +29,7 @@ pub(super) struct Recorder<'a, M> {
     pub parameters: usize,
 }
 
-/// Entries that become results, but for those that are always 0 where they are only to be added.
+/// Results of a program; entries that are always 0 are omitted if results are added to the output.
 type Outputs = Vec<(Node, Target)>;
 
 impl<M: Model> Recorder<'_, M> {
@@ -39,8 +39,8 @@ impl<M: Model> Recorder<'_, M> {
         Self { time_step, parameters: self.parameters + 1, ..*self }
     }
 
-    /// Whether costs of stages are given the next state, as some depend on it: their derivatives then go through those of
-    /// the step, and not through all that solves for its unknowns.
+    /// Whether stage costs take the next state as an input, because some depend on it. Their derivatives are then propagated
+    /// through those of the step, rather than through the solution of its unknowns.
     pub fn gives_next(&self) -> bool {
         self.needs_next(false)
     }
@@ -60,7 +60,7 @@ impl<M: Model> Recorder<'_, M> {
         }
     }
 
-    /// Which entries of the next state costs of stages depend on that are given it.
+    /// Which entries of the next state the stage costs depend on.
     pub fn counting_of_next(&self) -> Vec<usize> {
         record(|| self.trace_cost(false).counting().to_vec())
     }
@@ -98,7 +98,7 @@ fn vector(nodes: &[Node]) -> Outputs {
     nodes.iter().enumerate().map(|(i, &node)| (node, Target::Set { sink: 0, offset: i })).collect()
 }
 
-/// An entry that is always 0 stays so: outputs begin as zeros.
+/// Skips entries that are always 0: outputs are zero initially.
 fn set(outputs: &mut Outputs, node: Node, offset: usize) {
     if !node.is_zero() {
         outputs.push((node, Target::Set { sink: 0, offset }));

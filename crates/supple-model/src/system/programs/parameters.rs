@@ -8,7 +8,7 @@ use crate::Model;
 use crate::cost::Cost;
 use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
 
-/// What a gradient by the parameters is of: of the Lagrangian `l + lambda' f`, or of one part of it.
+/// What a gradient with respect to the parameters refers to: the Lagrangian `l + lambda' f`, or one part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::system) enum GradientOf {
     /// Both at a stage.
@@ -26,7 +26,7 @@ impl GradientOf {
         matches!(self, Self::Stage | Self::Step)
     }
 
-    /// The cost, where it counts.
+    /// The cost, if included.
     fn cost<M: Model>(self, trace: &Trace<M>, costs: &[Cost]) -> Node {
         if self == Self::Step { Node::zero() } else { trace.cost(costs, self == Self::End) }
     }
@@ -94,7 +94,7 @@ impl<M: Model> Recorder<'_, M> {
         let n = dynamics.next.len();
         let (lambda, dlambda) = (entries(source::COSTATE, n), entries(source::COSTATE_VARIATION, n));
         let mu = dynamics.multipliers(&f_w, &lambda);
-        // The variation stands still: it is a variable that nothing moves.
+        // The variation is held fixed: it is an independent variable.
         let dw: Vec<Node> =
             (0..dynamics.w.len()).map(|l| dot(column(&directions, l), dz.iter().copied()).opaque()).collect();
         seeds.extend(weigh(&dynamics.w, &dw));
@@ -105,7 +105,7 @@ impl<M: Model> Recorder<'_, M> {
         let moving = dynamics.variables(&trace.z);
         let held = [moving.clone(), dw].concat();
         let gradient = vjp(&weighed, &[held.clone(), trace.phi.clone()].concat());
-        // What moves w moves the rates, and dlambda' F, through it.
+        // A change of w also changes the rates and, through them, dlambda' F.
         let nu = dynamics.respond(gradient[trace.z.len()..moving.len()].to_vec());
         let through = self.by_parameters(trace, &dynamics, &nu);
         gradient[held.len()..].iter().zip(through).map(|(&direct, through)| direct + through).collect()

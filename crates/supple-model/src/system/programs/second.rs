@@ -1,5 +1,5 @@
-//! Second derivatives of dynamics whose unknowns count as variables, by programs that grow as the dynamics and their
-//! structure do; that of [all of them](super::Recorder::dynamics_curvature) grows with the third power of the unknowns.
+//! Second derivatives of dynamics with the unknowns as variables, by programs whose size grows with the dynamics and
+//! their sparsity; that of [all of them](super::Recorder::dynamics_curvature) grows with the cube of the unknowns.
 
 use supple_kernels::graph::{Node, Program, Target, record, vjp};
 use supple_kernels::{Scalar, padded};
@@ -10,16 +10,16 @@ use crate::Model;
 /// Second derivatives of `lambda' F + mu' r` by `(z, w)`: those that are not always 0.
 #[derive(Debug)]
 pub(in crate::system) struct SecondDerivatives {
-    /// Rows of length k: by each of `mixed` and `w`, then halves of those by `w` and `w` if there are
-    /// [any](Self::by_unknowns), then those by each of `pairs`, one after the other.
+    /// Rows of length k: for each of `mixed` with respect to `w`; then, if there are [any](Self::by_unknowns), halves of
+    /// those with respect to `w` twice; then those for each of `pairs`, one after the other.
     pub program: Program,
-    /// Variables of `z` that have any with unknowns; all where `w` and `w` have.
+    /// Variables of `z` with mixed second derivatives with the unknowns; all of them if `by_unknowns`.
     pub mixed: Vec<usize>,
-    /// Whether `w` and `w` have any.
+    /// Whether there are second derivatives with respect to the unknowns twice.
     pub by_unknowns: bool,
     /// Pairs of variables of `z`, the greater number first.
     pub pairs: Vec<[usize; 2]>,
-    /// How many rows that takes.
+    /// The number of rows.
     pub rows: usize,
 }
 

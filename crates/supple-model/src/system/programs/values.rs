@@ -27,7 +27,7 @@ impl<M: Model> Recorder<'_, M> {
         record(|| Program::compile(&vector(&self.trace(false).measurement())))
     }
 
-    /// Which state each measurement is, where every one is just a state.
+    /// The state that each measurement equals, if every measurement is simply a state.
     pub fn picks(&self) -> Option<Vec<usize>> {
         record(|| self.trace(true).measurement().into_iter().map(|y| y.entry_of(source::STATE)).collect())
     }

@@ -50,7 +50,7 @@ impl Callback {
         Ok(Self { backend, size, channels, failures: context.failures.clone() })
     }
 
-    /// Calls a method; the numbers of its results, which must have these shapes. None where anything went wrong, now or
+    /// Calls a method; the numbers of its results, which must have these shapes. `None` if anything went wrong, now or
     /// before.
     fn call<const K: usize>(
         &self,

@@ -12,7 +12,7 @@ use super::law::LAWS;
 use super::reader::{Actuators, Reader};
 use crate::{Actuator, JointKind, Law, Omitted};
 
-/// Ways to act on something that is no joint, and what it is.
+/// Attributes for actuators on things other than joints, and what these are.
 const OTHERS: [(&str, &str); 4] =
     [("tendon", "a tendon"), ("site", "a site"), ("body", "a body"), ("cranksite", "a slider-crank")];
 
@@ -53,7 +53,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// Remembers what cannot be modelled, and warns of it.
+    /// Records what cannot be modelled, with a warning.
     pub(super) fn omit(&mut self, at: Element<'a>, omitted: Omitted) {
         let Omitted { what, name, why, .. } = &omitted;
         self.parts
@@ -135,7 +135,7 @@ impl<'a> Reader<'a, '_> {
         Ok([middle - inherited * half, middle + inherited * half])
     }
 
-    /// Adds inertia and damping of an actuator to its joint, where the gear makes them `gear^2` times as great.
+    /// Adds inertia and damping of an actuator to its joint, multiplied by `gear^2`.
     fn reflect(&mut self, values: &Values<'a, '_>, joint: usize, gear: f64) -> Result<(), FileError> {
         let square = gear * gear;
         let armature = square * values.number("armature")?.unwrap_or(0.0);
@@ -146,7 +146,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// Gives actuators without a name that of their joint, or one with their number where that is taken.
+    /// Names unnamed actuators after their joint, or with a number if that name is taken.
     fn name_actuators(&mut self) {
         let Actuators { kept, places, .. } = &mut self.actuators;
         let mut taken: std::collections::HashSet<String> = kept.iter().map(|actuator| actuator.name.clone()).collect();

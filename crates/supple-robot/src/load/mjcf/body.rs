@@ -15,18 +15,18 @@ use super::orientation::{between, pose};
 use super::reader::{Items, Reader};
 use crate::{JointKind, Pose};
 
-/// Elements of a body that are read, or cannot be passed over.
+/// Elements of a body that are read, or that must not be ignored.
 const BODY: [&str; 7] = ["body", "inertial", "joint", "freejoint", "geom", "site", "frame"];
 
 /// A body to be read.
 struct Task<'a> {
     at: Element<'a>,
-    /// The link that it hangs on, and the frame in it that its pose is in.
+    /// The link it is attached to; its pose is relative to the frame below, in that link.
     parent: String,
     frame: Pose,
-    /// The class of its elements, where they name none.
+    /// The default class of its elements.
     class: usize,
-    /// Where its parent is in the world; none where that can move.
+    /// Pose of its parent in the world; `None` if the parent can move.
     world: Option<Pose>,
 }
 
@@ -83,7 +83,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// A body: its link, its joints, and links between them. Returns its name, what is in it, and where it is in the
+    /// A body: its link, its joints, and links between them. Returns its name, its contents, and its pose in the
     /// world if it cannot move.
     fn body(&mut self, task: Task<'a>) -> Result<(String, Items<'a>, Option<Pose>), FileError> {
         let Task { at, parent, frame, class, world } = task;
@@ -193,7 +193,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// The name of an element, or one that the file has not.
+    /// The name of an element, or a generated one that the file does not use.
     fn name(&self, at: Element, what: &str, number: usize) -> String {
         match at.attribute("name").filter(|name| !name.is_empty()) {
             Some(name) => name.to_owned(),

@@ -1,7 +1,7 @@
-//! Classes of defaults: values that elements have where they say nothing.
+//! Classes of defaults: values for attributes that elements do not set.
 //!
-//! A class has what its parent class has, but for what it says itself. The outermost class is `main`. An element is of
-//! the class that its `class` names, or else the `childclass` of the innermost body or frame around it that has one,
+//! A class inherits from its parent class and overrides some values. The outermost class is `main`. The class of an
+//! element is the one that its `class` names, or else the `childclass` of the innermost enclosing body or frame with one,
 //! or else `main`.
 
 use std::collections::{BTreeMap, HashMap};
@@ -20,14 +20,14 @@ pub(super) const MAIN: usize = 0;
 const MOST: usize = 10_000;
 /// Elements whose defaults are read.
 const READ: [&str; 5] = ["joint", "geom", "site", "mesh", "equality"];
-/// Elements of a class that are known, and stand for what is not modelled.
+/// Elements of a class that are known but not modelled.
 const PASSED: &str = "default material camera light pair tendon skin";
 
-/// A class: by tag and attribute, the element that has the value.
+/// A class: for each tag and attribute, the element that sets the value.
 #[derive(Clone, Default)]
 struct Class<'a> {
     values: BTreeMap<(&'static str, &'static str), Element<'a>>,
-    /// Sizes of geoms: an element may give fewer than it has, and keeps the others.
+    /// Sizes of geoms: an element may give fewer numbers than it inherits, and keeps the remaining ones.
     size: [f64; 3],
     /// Gain and bias of actuators.
     numbers: Numbers,
@@ -57,7 +57,7 @@ impl<'a> Classes<'a> {
         Ok(classes)
     }
 
-    /// What a `default` element says of class `index`, and the classes in it.
+    /// Reads a `default` element into class `index`, with its nested classes.
     fn fill(&mut self, index: usize, at: Element<'a>, warnings: &mut Warnings) -> Result<(), FileError> {
         for tag in READ {
             let Some(element) = at.child(tag)? else { continue };
@@ -87,7 +87,7 @@ impl<'a> Classes<'a> {
         Ok(())
     }
 
-    /// What an actuator element says of class `index`: all kinds of actuators share their defaults.
+    /// Reads an actuator element into class `index`: all kinds of actuators share their defaults.
     fn actuator(&mut self, index: usize, at: Element<'a>, warnings: &mut Warnings) -> Result<(), FileError> {
         if LAWS.contains(&at.tag()) {
             check_attributes(at, at.tag(), warnings);
@@ -151,7 +151,7 @@ impl<'a> Classes<'a> {
     }
 }
 
-/// Sizes of a geom, over those that it has.
+/// Overwrites sizes of a geom with those of an element.
 fn sizes(at: Element, size: &mut [f64; 3]) -> Result<(), FileError> {
     let Some(found) = at.list("size")? else { return Ok(()) };
     if found.len() > 3 {

@@ -20,14 +20,14 @@ const WITHOUT: &str = "to plan without it, remove it or set `active=\"false\"`";
 const AS_JOINT: &str = "where it couples two joints, write an equality of type `joint`; to plan without it, remove it or set `active=\"false\"`";
 
 impl<'a> Reader<'a, '_> {
-    /// Makes joints follow others. What is not active is left out, with a warning.
+    /// Makes joints follow others. Inactive equalities are left out, with a warning.
     ///
     /// ```text
     /// q1 - ref1 = c0 + c1 (q2 - ref2)
     /// ```
     ///
     /// # Errors
-    /// Where a joint is not known or follows already, the relation is not linear, or it closes a loop.
+    /// If a joint is unknown or already follows another, the relation is nonlinear, or a loop would be closed.
     pub(super) fn equalities(&mut self, root: Element<'a>) -> Result<(), FileError> {
         let joints = self.parts.joints.iter().enumerate().map(|(i, joint)| (joint.own.name.clone(), i));
         let joints: HashMap<_, _> = joints.collect();
@@ -80,7 +80,7 @@ impl<'a> Reader<'a, '_> {
         if at.attribute("joint2").is_none() {
             let message =
                 format!("`joint2` is missing, which locks joint {}", shown(at.attribute("joint1").unwrap_or("")));
-            return Err(at.error(message).with_help("remove the joint that does not move"));
+            return Err(at.error(message).with_help("remove the joint, as it does not move"));
         }
         let leader = find("joint2")?;
         let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
@@ -100,7 +100,7 @@ impl<'a> Reader<'a, '_> {
         let (led, lead) = (&self.parts.joints[follower], &self.parts.joints[leader]);
         if let Some(first) = &led.mimic {
             let message =
-                format!("joint {} follows another already, at {}", shown(&led.own.name), first.joint.at.place());
+                format!("joint {} already follows another, at {}", shown(&led.own.name), first.joint.at.place());
             return Err(at.error_at("joint1", message));
         }
         let offset = led.own.reference + offset - ratio * lead.own.reference;

@@ -1,11 +1,11 @@
-//! From parts by index and name in the file to the equipment of the robot.
+//! Converts equipment from indices and names in the file to those of the robot.
 
 use std::collections::HashMap;
 
 use super::reader::{Reader, SensorPart, Target};
 use crate::{Actuator, Key, Omitted, Robot, Sensor, Wall};
 
-/// What a file holds besides bodies, while joints have their place in the file.
+/// The equipment of a file, while joints are indexed as in the file.
 pub(super) struct Equipment {
     actuators: Vec<Actuator>,
     sensors: Vec<SensorPart>,
@@ -31,7 +31,7 @@ impl Reader<'_, '_> {
 }
 
 impl Equipment {
-    /// Adds all of it to the robot that the parts became. What the robot does not have is left out.
+    /// Adds it to the assembled robot. References to things that the robot lacks are dropped.
     pub(super) fn add_to(self, robot: &mut Robot) {
         let by_name: HashMap<_, _> =
             robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();

@@ -28,7 +28,7 @@ enum Shape {
     Box,
     /// A plane, which has no mass.
     Plane,
-    /// A shape that a file or a grid of heights gives.
+    /// A shape given by a mesh file or a height field.
     Mesh,
 }
 
@@ -55,11 +55,11 @@ pub(super) struct Solid {
     pub(super) moments: [f64; 3],
 }
 
-/// What mass a geom gives to its body.
+/// The mass that a geom contributes to its body.
 pub(super) enum Mass {
     None,
     Known(Solid),
-    /// That of a mesh, which is not read.
+    /// From a mesh, which is not read.
     OfMesh,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Reader<'a, '_> {
         match shape {
             Shape::Plane => return Ok(Mass::None),
             Shape::Mesh => return Ok(Mass::OfMesh),
-            // A shape that is fitted to a mesh.
+            // A shape fitted to a mesh.
             _ if values.text("mesh").is_some() => return Ok(Mass::OfMesh),
             _ => {}
         }
@@ -123,7 +123,7 @@ impl<'a> Reader<'a, '_> {
         Ok((size, placed))
     }
 
-    /// Keeps a plane or a box with a name as a wall; `world` is where its body or frame is, which does not move.
+    /// Keeps a named plane or box as a wall; `world` is the pose of its body or frame, which does not move.
     ///
     /// # Errors
     /// Where its sizes or its place are not valid.
@@ -179,7 +179,7 @@ fn least_zero(values: &Values, name: &'static str) -> Result<Option<f64>, FileEr
     }
 }
 
-/// The volume of a shape, m^3. Sizes are radii and half lengths, m; those of a capsule are without its caps.
+/// The volume of a shape, m^3. Sizes are radii and half lengths, m; that of a capsule excludes its caps.
 fn volume(shape: Shape, [a, b, c]: [f64; 3]) -> f64 {
     match shape {
         Shape::Sphere => 4.0 / 3.0 * PI * a * a * a,
@@ -191,7 +191,7 @@ fn volume(shape: Shape, [a, b, c]: [f64; 3]) -> f64 {
     }
 }
 
-/// The moments of inertia of a homogeneous shape about its axes, of which z is the long one, kg m^2.
+/// The moments of inertia of a homogeneous shape about its axes, kg m^2; z is the long axis.
 fn moments(shape: Shape, [a, b, c]: [f64; 3], mass: f64) -> [f64; 3] {
     match shape {
         Shape::Sphere => [0.4 * mass * a * a; 3],

@@ -1,4 +1,4 @@
-//! Files that a file includes: the elements of the included file stand in the place of `include`.
+//! Included files: the elements of the included file replace `include`.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -10,9 +10,9 @@ use super::super::meshes::inside_of;
 use super::super::words::shown;
 use super::super::xml::{Document, Element, cleaned};
 
-/// Files that one file includes, at most, with those that they include.
+/// Greatest number of included files, directly or indirectly.
 const MOST: usize = 1_000;
-/// Files inside files, at most.
+/// Greatest depth of nested includes.
 const DEEPEST: usize = 50;
 /// Bytes of all files together, at most.
 const LARGEST: usize = 64 << 20;
@@ -21,7 +21,7 @@ const LARGEST: usize = 64 << 20;
 struct Source {
     path: PathBuf,
     text: String,
-    /// The file that includes it, and the byte where its `include` begins; none for the outermost file.
+    /// The file that includes it, and the byte offset of the `include`; `None` for the outermost file.
     from: Option<(usize, usize)>,
     depth: usize,
 }
@@ -34,7 +34,7 @@ impl Sources {
     /// that includes it, or in a package root.
     ///
     /// # Errors
-    /// Where one cannot be read, leads out of these folders, or is included twice.
+    /// If one cannot be read, is outside these folders, or is included twice.
     pub(crate) fn read(document: &Document, path: &Path, options: &LoadOptions) -> Result<Self, FileError> {
         let mut files = Self(Vec::new());
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -112,7 +112,7 @@ impl Sources {
     }
 }
 
-/// The file that an `include` names: in the first of these folders that has it.
+/// The path of an `include`: in the first of these folders that has it.
 fn find(at: Element, folders: &[&Path], options: &LoadOptions) -> Result<PathBuf, FileError> {
     let named = at.required("file")?;
     let file = named.replace('\\', "/");
@@ -132,7 +132,7 @@ fn find(at: Element, folders: &[&Path], options: &LoadOptions) -> Result<PathBuf
         )
     } else {
         (
-            "is not there",
+            "does not exist",
             "files are looked for in the folder of the outermost file, and in that of the file that includes them",
         )
     };

@@ -1,4 +1,4 @@
-//! The inertia of a body: what its `inertial` says, or the sum over its geoms.
+//! The inertia of a body: that of its `inertial`, or the sum over its geoms.
 
 use supple_text::FileError;
 
@@ -13,8 +13,8 @@ use crate::Inertia;
 use crate::pose::{add, scale, sub};
 
 impl<'a> Reader<'a, '_> {
-    /// The inertia of a body and where it stands; none where its mass is 0. `counts` is whether it has a meaning:
-    /// where the body can move, or the mass of all bodies is set.
+    /// The inertia of a body with its element; `None` if its mass is 0. `counts` tells whether the inertia matters:
+    /// if the body can move, or the total mass is prescribed.
     ///
     /// # Errors
     /// Where it is not valid, or a mesh would have to be read for a body that moves.
@@ -91,7 +91,7 @@ impl<'a> Reader<'a, '_> {
         Ok(Inertia { mass, center: frame.position, moment })
     }
 
-    /// The sum over a body's geoms; none where they give none.
+    /// The sum over a body's geoms; `None` if they contribute none.
     fn summed(&mut self, items: &Items<'a>, counts: bool) -> Result<Option<Inertia>, FileError> {
         let mut solids = Vec::new();
         for &(at, frame, class) in &items.geoms {
@@ -103,7 +103,7 @@ impl<'a> Reader<'a, '_> {
                     let help = "give the body an `inertial`, or the geom the mass 0";
                     return Err(at.error(message).with_help(help));
                 }
-                // The inertia of a body that cannot move has no meaning.
+                // The inertia of a body that cannot move does not matter.
                 Mass::OfMesh => return Ok(None),
             }
         }
@@ -138,12 +138,12 @@ fn sum(solids: &[Solid]) -> Option<Inertia> {
     Some(Inertia { mass, center, moment })
 }
 
-/// The inertia within the bounds that the compiler settings ask for: least mass, least principal moments, and, with
-/// `balanceinertia`, the mean of the principal moments where one is greater than the sum of the others. What has no
-/// centre of mass of its own gets its mass at the body's origin.
+/// Applies the bounds of the compiler settings to an inertia: least mass, least principal moments, and, with
+/// `balanceinertia`, the mean of the principal moments if one exceeds the sum of the others. A body without its
+/// own centre of mass gets its mass at its origin.
 fn bounded(inertia: Inertia, settings: &Settings) -> Inertia {
     let mut inertia = inertia;
-    // What is negative is an error later, and not raised to a bound.
+    // Negative values are reported as errors later, and are not raised to a bound.
     if (0.0..settings.least_mass).contains(&inertia.mass) {
         inertia.mass = settings.least_mass;
     }

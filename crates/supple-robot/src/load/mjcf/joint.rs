@@ -10,7 +10,7 @@ use super::known::check_attributes;
 use super::reader::Reader;
 use crate::{JointKind, Limits, Pose};
 
-/// Words for whether a range limits.
+/// Words for whether a range is a limit.
 const LIMITED: [(&str, Option<bool>); 3] = [("true", Some(true)), ("false", Some(false)), ("auto", None)];
 
 /// A type of joint.
@@ -23,7 +23,7 @@ enum Type {
 }
 
 impl<'a> Reader<'a, '_> {
-    /// A joint in `frame` of a body whose elements are of `class`, between links that both lie where the body is.
+    /// A joint in `frame` of a body whose default class is `class`, between two links that coincide with the body.
     ///
     /// # Errors
     /// Where anything in it is wrong, or it is free or a ball.
@@ -78,10 +78,10 @@ impl<'a> Reader<'a, '_> {
         Ok(joint)
     }
 
-    /// A range, where it limits: where the attribute `limited` is true, or says nothing and there is a range.
+    /// A range, if it is a limit: if the attribute `limited` is true, or is not set and there is a range.
     ///
     /// # Errors
-    /// Where the range is empty, missing, or not said to limit although `autolimits` is off.
+    /// If the range is empty, missing, or not declared as a limit although `autolimits` is off.
     pub(super) fn range(
         &self,
         values: &Values,
@@ -114,7 +114,7 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// The error about a joint that leaves its body free.
+/// The error about a joint that makes its body floating.
 fn floating(at: Element, name: &str, error: impl Fn(String) -> FileError) -> FileError {
     let body = at.parent().and_then(|body| body.attribute("name")).filter(|body| !body.is_empty());
     let body = body.map_or_else(|| "its body".to_owned(), |body| format!("body {}", shown(body)));
@@ -122,7 +122,7 @@ fn floating(at: Element, name: &str, error: impl Fn(String) -> FileError) -> Fil
     error(message).with_help("remove the joint to fix the body in the world, or give it hinges and slides")
 }
 
-/// A coefficient that grows linearly: further coefficients of the polynomial must be 0.
+/// The linear coefficient of a polynomial, whose other coefficients must be 0.
 pub(super) fn linear(values: &Values, name: &'static str) -> Result<f64, FileError> {
     let Some(found) = values.list(name)? else { return Ok(0.0) };
     match found[..] {

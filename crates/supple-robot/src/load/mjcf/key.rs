@@ -64,7 +64,7 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// Numbers of an attribute; fewer than there are joints or actuators stand for the first ones.
+/// The numbers of an attribute; if there are fewer than joints or actuators, they apply to the first ones.
 fn numbers(at: Element, name: &str, all: &str, most: usize) -> Result<Vec<f64>, FileError> {
     let found = at.list(name)?.unwrap_or_default();
     if found.len() > most {

@@ -1,4 +1,4 @@
-//! Names of attributes that MJCF defines, so that others are reported: most often they are misspelt.
+//! Names of attributes that MJCF defines, so that unknown ones, which are usually typos, can be reported.
 
 use supple_text::FileError;
 
@@ -46,7 +46,7 @@ const COMPILER: &str = "angle coordinate eulerseq autolimits inertiafromgeom ine
     fusestatic saveinertial alignfree conflict convexhull exactmeshinertia passthrough \
     savecanonical savecompiled";
 
-/// The attributes of an element, as far as they are known. `equality` stands for the joints in it.
+/// The known attributes of an element. `equality` stands for the joints in it.
 pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {
     let known = match tag {
         "body" => BODY,
@@ -73,7 +73,7 @@ pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {
     known.split_ascii_whitespace().chain(more.split_ascii_whitespace())
 }
 
-/// Finds attributes that are not known where they could change what the whole file means, such as its units.
+/// Rejects unknown attributes where they could change the meaning of the whole file, such as its units.
 ///
 /// # Errors
 /// The first of them, with what is known.

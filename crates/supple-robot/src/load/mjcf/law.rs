@@ -1,4 +1,4 @@
-//! What force an actuator makes of its control: gain, bias and dynamics, by its class and by itself.
+//! How an actuator's force depends on its control: gain, bias and dynamics, from its class and from itself.
 //!
 //! All kinds of actuators are `general` ones with certain numbers, and share their defaults.
 
@@ -12,7 +12,7 @@ const MOST: usize = 10;
 /// Kinds of actuators that are read.
 pub(super) const LAWS: [&str; 4] = ["general", "motor", "position", "velocity"];
 
-/// Words for how a control is filtered: whether it is not.
+/// Words for the filter of a control: whether there is no filter.
 const DYNAMICS: [(&str, bool); 7] = [
     ("none", true),
     ("integrator", false),
@@ -22,10 +22,10 @@ const DYNAMICS: [(&str, bool); 7] = [
     ("user", false),
     ("dcmotor", false),
 ];
-/// Words for gains: whether it is a number.
+/// Words for the gain type: whether the gain is a plain number.
 const GAINS: [(&str, bool); 5] =
     [("fixed", true), ("affine", false), ("muscle", false), ("user", false), ("dcmotor", false)];
-/// Words for biases: none, affine in length and rate, or another one.
+/// Words for biases: none, affine in length and rate, or other.
 const BIASES: [(&str, Bias); 5] = [
     ("none", Bias::None),
     ("affine", Bias::Affine),
@@ -45,14 +45,14 @@ enum Bias {
 /// Gain and bias while they are read: those of a class, changed by an actuator of it.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
-    /// The last kind but `general` that set the numbers.
+    /// The last kind other than `general` that set the numbers.
     kind: &'static str,
     gain: f64,
     bias: [f64; 3],
     /// Whether the gain is a number.
     fixed: bool,
     affine: Bias,
-    /// Whether the control acts at once.
+    /// Whether the control acts without delay.
     direct: bool,
 }
 
@@ -63,7 +63,7 @@ impl Default for Numbers {
 }
 
 impl Numbers {
-    /// What an element says, which stands in a class or is an actuator.
+    /// Applies an element, which belongs to a class or is an actuator.
     ///
     /// # Errors
     /// Where a number or a word is not valid.
@@ -102,13 +102,13 @@ impl Numbers {
                 (self.gain, self.bias) = (kv, [0.0, 0.0, -kv]);
                 (self.fixed, self.affine, self.direct) = (true, Bias::Affine, true);
             }
-            // Another kind, which is not modelled: neither is what takes its numbers from it.
+            // Another kind, which is not modelled; nor are actuators that inherit numbers from it.
             _ => (self.kind, self.fixed) = ("other", false),
         }
         Ok(())
     }
 
-    /// Another kind does not take over numbers that mean something else.
+    /// Resets the numbers if the kind changes, as they would mean something else.
     fn become_kind(&mut self, kind: &'static str) {
         if !matches!(self.kind, "" | "other") && self.kind != kind {
             *self = Self::default();
@@ -116,7 +116,7 @@ impl Numbers {
         self.kind = kind;
     }
 
-    /// The law, or why there is none.
+    /// The law, or why it cannot be modelled.
     pub(super) fn law(&self) -> Result<Law, &'static str> {
         if !self.direct {
             return Err(
@@ -134,12 +134,12 @@ impl Numbers {
         if rate > 0.0 && slope == -self.gain && self.gain != 0.0 {
             return Err("`dampratio` is not supported, as it depends on the inertia of the whole robot: give `kv`");
         }
-        // Zero is written without its sign.
+        // Avoids negative zero.
         Ok(Law::new(self.gain, offset, 0.0 - slope, 0.0 - rate))
     }
 }
 
-/// The first numbers of a list over those that are there.
+/// Overwrites the first numbers with those of a list.
 fn overlay(at: Element, name: &str, into: &mut [f64]) -> Result<(), FileError> {
     let Some(found) = at.list(name)? else { return Ok(()) };
     if found.len() > MOST {

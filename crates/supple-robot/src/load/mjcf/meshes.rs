@@ -1,4 +1,4 @@
-//! Meshes that geoms show.
+//! Visual meshes of geoms.
 
 use std::collections::hash_map::Entry;
 use std::path::Path;
@@ -14,7 +14,7 @@ use super::orientation::pose;
 use super::reader::Reader;
 use crate::{Mesh, Pose};
 
-/// The last group of geoms that MuJoCo shows where nothing else is asked for. Shapes for contact are often beyond it.
+/// The last group of geoms that MuJoCo shows by default. Collision shapes are often in later groups.
 const LAST_SHOWN: f64 = 2.0;
 /// Elements of `asset` that are known and not read.
 const IGNORED: [&str; 5] = ["hfield", "skin", "texture", "material", "model"];
@@ -33,7 +33,7 @@ impl<'a> Reader<'a, '_> {
                 continue;
             }
             check_attributes(at, "mesh", &mut self.parts.warnings);
-            // Without a name, it is that of the file without folder and ending.
+            // Without a name, the file name without folder and extension is used.
             let stem = at.attribute("file").and_then(|file| Path::new(file).file_stem()?.to_str());
             let Some(name) = at.attribute("name").filter(|name| !name.is_empty()).or(stem) else { continue };
             match self.meshes.entry(name) {
@@ -50,10 +50,10 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// The mesh that a geom in `frame` of its body shows; none where it shows none, or one without a file.
+    /// The visual mesh of a geom in `frame` of its body; `None` if it shows none, or one without a file.
     ///
     /// # Errors
-    /// Where there is no such mesh, or its file leads out of the robot file's folder.
+    /// If there is no such mesh, or its file is outside the robot file's folder.
     pub(super) fn mesh(&mut self, at: Element<'a>, frame: &Pose, class: usize) -> Result<Option<Mesh>, FileError> {
         let values = self.classes.values(at, "geom", class)?;
         let Some(name) = values.text("mesh") else { return Ok(None) };
@@ -72,9 +72,9 @@ impl<'a> Reader<'a, '_> {
         let turned = mesh.numbers("refquat")?.unwrap_or([1.0, 0.0, 0.0, 0.0]);
         let [a, b, c] = scale;
         if turned != [1.0, 0.0, 0.0, 0.0] && !(a == b && b == c) {
-            self.parts.warnings.note("refquat", asset, || {
-                "it is left out: it is both turned and scaled by factors that differ".to_owned()
-            });
+            self.parts
+                .warnings
+                .note("refquat", asset, || "it is left out: it is both rotated and scaled non-uniformly".to_owned());
             return Ok(None);
         }
         let origin = [0, 1, 2].map(|axis| scale[axis] * origin[axis]);

@@ -40,20 +40,20 @@ const WORLD: &str = "world";
 /// Sections that are read.
 const SECTIONS: [&str; 9] =
     ["compiler", "option", "default", "asset", "worldbody", "equality", "actuator", "sensor", "keyframe"];
-/// Sections that have no meaning for the dynamics.
+/// Sections that do not affect the dynamics.
 const SECTIONS_PASSED: [&str; 4] = ["size", "statistic", "visual", "custom"];
-/// Sections that are known and not modelled.
+/// Sections that are known but not modelled.
 const SECTIONS_IGNORED: [&str; 4] = ["contact", "tendon", "extension", "deformable"];
 
 /// Reads an MJCF file. Meshes are looked for in `folder`.
 ///
 /// The root link is `world`. A body without joints hangs on a fixed joint `BODY/fixed`. A body with several joints
-/// hangs on the last of them; each of the others carries a link `BODY/JOINT` without inertia, which lies where the body
-/// is when the joints after it are at their references. Bodies and joints without a name are called `body3`, `joint2`,
+/// hangs on the last of them; each of the others carries a link `BODY/JOINT` without inertia, which coincides with the
+/// body when the joints after it are at their references. Bodies and joints without a name are called `body3`, `joint2`,
 /// by the number that MuJoCo gives them: bodies from 1, joints from 0.
 ///
 /// # Errors
-/// Where anything in it is wrong or cannot be modelled: free and ball joints, closed loops, and what multiplies bodies.
+/// If anything in it is invalid or cannot be modelled: free and ball joints, closed loops, and replicated bodies.
 pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) -> Result<Robot, FileError> {
     let root = document.root();
     let names = names(root);
@@ -84,7 +84,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
     Ok(robot)
 }
 
-/// The names of bodies and joints, so that others get names unlike them.
+/// The names of bodies and joints, to avoid conflicts with generated names.
 fn names<'a>(root: Element<'a>) -> HashSet<&'a str> {
     let mut names = HashSet::new();
     let mut open = vec![root];

@@ -11,10 +11,10 @@ use super::settings::Settings;
 use crate::Pose;
 use crate::pose::{add, cross, dot, scale, sub};
 
-/// Length below which a vector has no direction.
+/// Length below which a vector counts as zero.
 const SHORTEST: f64 = 1e-10;
 
-/// Where an element is in its body: its `pos`, and its orientation by itself or, where it says nothing, by its class.
+/// The pose of an element in its body: `pos`, and its own orientation or, if it has none, that of its class.
 ///
 /// # Errors
 /// Where there are several orientations, or one is not valid.
@@ -74,11 +74,11 @@ fn rotation(at: Element, name: &str, settings: &Settings) -> Result<Pose, FileEr
     }
 }
 
-/// The pose of an element between the two points of `fromto`, with z from the second to the first one, and half their
-/// distance; none where it has no `fromto`.
+/// The pose of an element between the two points of `fromto`, with z pointing from the second to the first, and half
+/// their distance; `None` if it has no `fromto`.
 ///
 /// # Errors
-/// Where the points are one, or there is a `pos`, too.
+/// If the points coincide, or `pos` is given too.
 pub(super) fn between(values: &Values) -> Result<Option<(Pose, f64)>, FileError> {
     let Some([a, b, c, x, y, z]) = values.numbers("fromto")? else { return Ok(None) };
     let (from, to) = ([a, b, c], [x, y, z]);
@@ -92,20 +92,20 @@ pub(super) fn between(values: &Values) -> Result<Option<(Pose, f64)>, FileError>
     Ok(Some((Pose { position: scale(0.5, add(from, to)), ..turned }, 0.5 * length)))
 }
 
-/// The least rotation that brings z to a direction.
+/// The smallest rotation that takes z to a direction.
 fn z_along([x, y, z]: [f64; 3]) -> Option<Pose> {
     // The axis is z cross the direction.
     let axis = unit([-y, x, 0.0]).unwrap_or([1.0, 0.0, 0.0]);
     about(axis, math::atan2(math::hypot(x, y), z))
 }
 
-/// The rotation by an angle about an axis of length 1; none where the angle is too great.
+/// The rotation by an angle about an axis of length 1; `None` if the angle is too great.
 fn about([x, y, z]: [f64; 3], angle: f64) -> Option<Pose> {
     let (sin, cos) = math::sin_cos(0.5 * angle);
     Pose::from_quaternion([0.0; 3], [cos, sin * x, sin * y, sin * z])
 }
 
-/// A vector brought to length 1; none where it is too short, or too long to square.
+/// A vector brought to length 1; `None` if it is too short, or too long to square.
 fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     let length = dot(v, v).sqrt();
     (length > SHORTEST && length.is_finite()).then(|| v.map(|entry| entry / length))

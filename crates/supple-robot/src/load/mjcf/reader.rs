@@ -1,4 +1,4 @@
-//! What is read of a file so far.
+//! The state of reading a file.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -34,7 +34,7 @@ pub(super) struct Reader<'a, 'o> {
     pub(super) joints: usize,
 }
 
-/// What is in a body, also in frames in it.
+/// The contents of a body, including nested frames.
 #[derive(Default)]
 pub(super) struct Items<'a> {
     pub(super) inertial: Option<Element<'a>>,
@@ -44,7 +44,7 @@ pub(super) struct Items<'a> {
     pub(super) bodies: Vec<Placed<'a>>,
 }
 
-/// An element with its frame in its body, and the class of elements there.
+/// An element with its frame in its body, and its default class.
 pub(super) type Placed<'a> = (Element<'a>, Pose, usize);
 
 /// Actuators of the file.
@@ -52,7 +52,7 @@ pub(super) type Placed<'a> = (Element<'a>, Pose, usize);
 pub(super) struct Actuators<'a> {
     /// Those that are modelled; joints by their index in the file.
     pub(super) kept: Vec<Actuator>,
-    /// Of every actuator in the file, its place among those that are kept.
+    /// For every actuator in the file, its index among the supported ones.
     pub(super) places: Vec<Option<usize>>,
     /// Place of each by the name that it has in the file.
     pub(super) names: HashMap<&'a str, (usize, Element<'a>)>,

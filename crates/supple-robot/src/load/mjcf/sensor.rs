@@ -10,7 +10,7 @@ use super::known::{SENSORS, check_attributes};
 use super::reader::{Of, Reader, SensorPart, Target};
 use crate::{JointKind, Measured, Omitted};
 
-/// Sensors that are read; others are known, and left out.
+/// Sensors that are supported; others are known but left out.
 const READ: [&str; 7] =
     ["jointpos", "jointvel", "jointactuatorfrc", "actuatorpos", "actuatorvel", "framepos", "framequat"];
 
@@ -18,7 +18,7 @@ const READ: [&str; 7] =
 struct Known<'k> {
     /// Index in the file of each joint.
     joints: HashMap<&'k str, usize>,
-    /// Of each body, whether its centre of mass is its origin.
+    /// For each body, whether its centre of mass is its origin.
     bodies: HashMap<&'k str, bool>,
     sites: HashSet<&'k str>,
 }
@@ -27,7 +27,7 @@ impl<'a> Reader<'a, '_> {
     /// The sensors of the file. What cannot be modelled is left out, with one warning for each kind.
     ///
     /// # Errors
-    /// Where something is measured that is not there, or a name is used twice.
+    /// If a measured object does not exist, or a name is used twice.
     pub(super) fn read_sensors(&mut self, root: Element<'a>) -> Result<(), FileError> {
         let mut names: HashMap<&str, Element> = HashMap::new();
         let mut found = Vec::new();
@@ -106,7 +106,7 @@ impl<'a> Reader<'a, '_> {
         Some(&mimic.joint.name)
     }
 
-    /// What a sensor of an actuator measures: its joint's position or velocity, where the gear is 1.
+    /// What a sensor of an actuator measures: its joint's position or velocity, if the gear is 1.
     fn actuated(&self, at: Element<'a>, of: Of) -> Result<Result<Target, String>, FileError> {
         let name = at.required("actuator")?;
         let Some(&(number, _)) = self.actuators.names.get(name) else {

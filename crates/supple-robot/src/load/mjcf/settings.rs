@@ -1,4 +1,4 @@
-//! The `compiler` and `option` sections: how the rest of the file is meant, and gravity.
+//! The `compiler` and `option` sections: conventions for the rest of the file, and gravity.
 
 use supple_text::FileError;
 
@@ -7,7 +7,7 @@ use super::super::words::shown;
 use super::super::xml::Element;
 use super::known::require_attributes;
 
-/// Switches of `flag` that change the dynamics where they are disabled.
+/// Switches of `flag` that change the dynamics if disabled.
 const FLAGS: [&str; 7] = ["constraint", "equality", "frictionloss", "limit", "spring", "damper", "actuation"];
 /// Words for a flag that is true or false.
 const TRUTH: [(&str, bool); 2] = [("true", true), ("false", false)];
@@ -30,9 +30,9 @@ pub(super) struct Turn {
     pub(super) moving: bool,
 }
 
-/// The `compiler` settings. They hold for the whole file; of several, the last one holds.
+/// The `compiler` settings, which apply to the whole file. If a setting is given several times, the last one applies.
 pub(super) struct Settings {
-    /// Radians by unit of angle in the file.
+    /// Radians per unit of angle in the file.
     pub(super) angle: f64,
     /// What `euler` means.
     pub(super) euler: [Turn; 3],
@@ -41,7 +41,7 @@ pub(super) struct Settings {
     pub(super) from_geoms: FromGeoms,
     /// Groups of the geoms that give inertia: the first and the last one.
     pub(super) groups: [f64; 2],
-    /// Whether moments that no body can have are replaced by their mean.
+    /// Whether physically impossible moments of inertia are replaced by their mean.
     pub(super) balance: bool,
     /// Least mass of a body, kg.
     pub(super) least_mass: f64,
@@ -51,7 +51,7 @@ pub(super) struct Settings {
     pub(super) total_mass: Option<f64>,
     /// Folder of meshes, as the file gives it.
     pub(super) mesh_folder: String,
-    /// Whether folders in names of files are left out.
+    /// Whether folders are stripped from file names.
     pub(super) strip_folders: bool,
 }
 
@@ -59,7 +59,7 @@ impl Settings {
     /// The settings of a file.
     ///
     /// # Errors
-    /// Where one is not valid, or not known: it may change units, or asks for what is not supported.
+    /// If a setting is invalid or unknown: it may change units, or request something unsupported.
     pub(super) fn read(root: Element) -> Result<Self, FileError> {
         let mut settings = Self {
             angle: std::f64::consts::PI / 180.0,
@@ -125,7 +125,7 @@ impl Settings {
     }
 }
 
-/// Sets a value where another is given.
+/// Overwrites a value if another is given.
 fn set<T>(value: &mut T, given: Option<T>) {
     if let Some(given) = given {
         *value = given;

@@ -1,9 +1,9 @@
-//! Where links, joints and frames of a model are: each is placed relative to another, in any order.
+//! Poses of the links, joints and frames of a model, each given relative to another, in any order.
 //!
 //! Source: <http://sdformat.org/tutorials?tut=pose_frame_semantics>.
 //!
 //! ```text
-//! relative to, where nothing is said:   link -> model   frame -> what it is attached to   joint -> its child
+//! relative to, by default:              link -> model   frame -> what it is attached to   joint -> its child
 //! attached to:                          joint -> its child   frame -> `attached_to`, or the model -> canonical link
 //! ```
 
@@ -21,7 +21,7 @@ use crate::Pose;
 
 /// The node of the model's own frame.
 pub(super) const MODEL: usize = 0;
-/// Steps between two nodes, at most, that are composed one by one.
+/// Greatest number of steps between two nodes for which poses are composed one by one.
 const NEAR: usize = 64;
 
 /// What a node is.
@@ -49,9 +49,9 @@ struct Node<'a> {
 /// The frames of a model. Nodes are the model, and then links, frames and joints in the order of the file.
 pub(super) struct Frames<'a> {
     nodes: Vec<Node<'a>>,
-    /// The node of each name; a link, or else a frame, where several things have it.
+    /// The node for each name; if several things share a name, a link, or else a frame.
     index: HashMap<&'a str, usize>,
-    /// Steps from each node to the model.
+    /// Number of steps from each node to the model.
     depths: Vec<usize>,
     /// Where each node is in the model.
     in_model: Vec<Pose>,
@@ -63,7 +63,7 @@ impl<'a> Frames<'a> {
     /// The frames of a model.
     ///
     /// # Errors
-    /// Where one is relative or attached to what is not known or, in the end, to itself, or a name is missing.
+    /// If one is relative or attached to something unknown or, through a chain, to itself, or a name is missing.
     pub(super) fn read(model: Element<'a>, version: Version, warnings: &mut Warnings) -> Result<Self, FileError> {
         let origin = |at, kind, name| Node { at, kind, name, pose: Pose::IDENTITY, base: MODEL, attached: MODEL };
         let mut nodes = vec![origin(model, Kind::Model, "__model__")];
@@ -99,7 +99,7 @@ impl<'a> Frames<'a> {
         Ok(frames)
     }
 
-    /// Whether a link has the name of the world, and is meant where that is used.
+    /// Whether a link is named `world`, so that references to `world` mean that link.
     pub(super) fn has_world(&self) -> bool {
         self.links().any(|link| self.name(link) == WORLD)
     }
@@ -142,7 +142,7 @@ impl<'a> Frames<'a> {
     /// Computes `in_model`, and returns the depths.
     ///
     /// # Errors
-    /// Where nodes are relative to each other in a circle.
+    /// If nodes are relative to each other in a cycle.
     fn place(&mut self) -> Result<Vec<usize>, FileError> {
         let count = self.nodes.len();
         let mut depths = vec![usize::MAX; count];
@@ -161,7 +161,7 @@ impl<'a> Frames<'a> {
     /// The link that each node moves with.
     ///
     /// # Errors
-    /// Where nodes are attached to each other in a circle.
+    /// If nodes are attached to each other in a cycle.
     fn carry(&self) -> Result<Vec<usize>, FileError> {
         let count = self.nodes.len();
         let fixed = |i: usize| self.nodes[i].kind == Kind::Link || self.nodes[MODEL].attached == MODEL && i == MODEL;
@@ -174,10 +174,10 @@ impl<'a> Frames<'a> {
         Ok(links.into_iter().map(|link| link.unwrap_or(MODEL)).collect())
     }
 
-    /// The nodes from `start` on that are not done, the last one first.
+    /// The unprocessed nodes on the chain from `start`, the last one first.
     ///
     /// # Errors
-    /// Where they lead in a circle.
+    /// If they form a cycle.
     fn chain(
         &self,
         start: usize,
@@ -188,12 +188,12 @@ impl<'a> Frames<'a> {
         let mut chain = Vec::new();
         let mut at = start;
         while !done(at) {
-            // A chain without a circle has each node once.
+            // A chain without a cycle has each node once.
             if chain.len() > self.nodes.len() {
                 let around = chain.iter().rev().take_while(|&&node| node != at);
                 let mut names: Vec<_> = std::iter::once(&at).chain(around).map(|&node| self.nodes[node].name).collect();
                 names[1..].reverse();
-                let message = format!("frames are {how} each other in a circle: {}", listed(&names));
+                let message = format!("frames are {how} each other in a cycle: {}", listed(&names));
                 return Err(self.nodes[at].at.error(message));
             }
             chain.push(at);
@@ -236,7 +236,7 @@ impl<'a> Frames<'a> {
             if a == b {
                 return if a == outer { from_b } else { from_a.inverse().compose(&from_b) };
             }
-            // The deeper one goes up, so that both meet where their ways join.
+            // Move up from the deeper node, so that both meet at their common ancestor.
             let (node, pose) =
                 if self.depths[a] > self.depths[b] { (&mut a, &mut from_a) } else { (&mut b, &mut from_b) };
             let Node { base, pose: step, .. } = &self.nodes[*node];

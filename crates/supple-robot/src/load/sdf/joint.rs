@@ -28,7 +28,7 @@ const JOINT_IGNORED: [&str; 8] = [
 const AXIS: [&str; 5] = ["xyz", "limit", "dynamics", "mimic", "use_parent_model_frame"];
 /// Elements of `axis` that are known and not modelled.
 const AXIS_IGNORED: [&str; 1] = ["initial_position"];
-/// Numbers from which on a limit is none.
+/// Limits of at least this size mean unlimited.
 const UNLIMITED: f64 = 1e16;
 
 impl Reader<'_> {
@@ -118,7 +118,7 @@ impl Reader<'_> {
     }
 }
 
-/// The `limit` of an axis. Numbers of 1e16 and more are none, and so are a negative effort and velocity.
+/// The `limit` of an axis. Numbers of 1e16 and more mean unlimited, as do a negative effort and velocity.
 fn limits(at: Element) -> Result<Limits, FileError> {
     let value = |tag: &str| at.child(tag)?.map(Element::content_extended).transpose();
     let most = |tag: &str| {
@@ -130,7 +130,7 @@ fn limits(at: Element) -> Result<Limits, FileError> {
         if found.is_infinite() && found != none {
             return Err(at.error(format!("`{tag}` must not be {found}")));
         }
-        // Beyond the bound on the side where it limits nothing.
+        // At or beyond the bound, on the side where that means unlimited.
         Ok(if found * none.signum() >= UNLIMITED { none } else { found })
     };
     Ok(Limits {

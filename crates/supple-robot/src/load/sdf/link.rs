@@ -11,9 +11,9 @@ use super::Reader;
 use super::values::{flag, number, pass_over, pose};
 use crate::{Inertia, Mesh, Pose};
 
-/// Elements of `link` that are read, or have no meaning for the dynamics.
+/// Elements of `link` that are read, or do not affect the dynamics.
 const LINK: [&str; 6] = ["pose", "inertial", "visual", "collision", "gravity", "kinematic"];
-/// Elements of `link` that are known and not modelled.
+/// Elements of `link` that are known but not modelled.
 const LINK_IGNORED: [&str; 13] = [
     "sensor",
     "plugin",
@@ -35,7 +35,7 @@ const INERTIAL: [&str; 3] = ["pose", "mass", "inertia"];
 const INERTIAL_IGNORED: [&str; 4] = ["density", "fluid_added_mass", "auto_inertia_params", "frame"];
 
 impl Reader<'_> {
-    /// A link. Where it is in the model is left to the joints.
+    /// Reads a link. Its pose in the model is left to the joints.
     ///
     /// # Errors
     /// Where anything in it is wrong.
@@ -66,7 +66,7 @@ impl Reader<'_> {
         Ok(LinkPart { at, name: at.required("name")?.to_owned(), inertia: Some(inertia), meshes })
     }
 
-    /// An `inertial`: the moments are given about the centre of mass, in axes that `pose` turns.
+    /// Reads an `inertial`: moments are given about the centre of mass, in axes rotated by `pose`.
     ///
     /// ```text
     /// moment in the link's axes = R I R'

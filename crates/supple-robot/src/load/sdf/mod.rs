@@ -1,4 +1,4 @@
-//! SDF, the format of Gazebo: a `model` of `link`, `joint` and `frame` elements, placed where they are at positions 0.
+//! SDF, the format of Gazebo: a `model` of `link`, `joint` and `frame` elements, posed as they are at joint positions 0.
 //!
 //! Source: the specification at <http://sdformat.org/spec>, versions 1.6 to 1.12.
 
@@ -23,9 +23,9 @@ use crate::{JointKind, Pose, Robot};
 
 /// The name of the world as a joint's parent, and of the link that stands for it.
 const WORLD: &str = "world";
-/// The name of the link that stands for the world of a robot which has a link of that name.
+/// The name of the link that stands for the world if the robot has a link named `world`.
 const OUTER_WORLD: &str = "__world__";
-/// Elements of `world` that are read, or cannot be passed over.
+/// Elements of `world` that are read, or that must not be ignored.
 const WORLD_READ: [&str; 5] = ["model", "include", "joint", "gravity", "frame"];
 /// Elements of `world` that are known and not modelled.
 const WORLD_IGNORED: [&str; 19] = [
@@ -49,13 +49,13 @@ const WORLD_IGNORED: [&str; 19] = [
     "joint_state",
     "grid",
 ];
-/// Elements of `model` that are read, or cannot be passed over.
+/// Elements of `model` that are read, or that must not be ignored.
 const MODEL_READ: [&str; 7] = ["link", "joint", "frame", "pose", "static", "model", "include"];
 /// Elements of `model` that are known and not modelled.
 const MODEL_IGNORED: [&str; 7] =
     ["self_collide", "allow_auto_disable", "enable_wind", "plugin", "gripper", "sensor", "light"];
 
-/// What the parts of a file are read with.
+/// State for reading the parts of a file.
 struct Reader<'o> {
     version: Version,
     options: &'o LoadOptions,
@@ -66,8 +66,8 @@ struct Reader<'o> {
 
 /// Reads an SDF file with one model, which may be in a world. Meshes are looked for in `folder`.
 ///
-/// A model that no joint attaches to the world is taken as fixed in it, with a warning. The root of the robot is then
-/// the model's root link where that is at the origin of the world, and otherwise a link `world`, from which a joint
+/// A model that no joint attaches to the world is treated as fixed to it, with a warning. The root of the robot is then
+/// the model's root link if that is at the origin of the world; otherwise it is a link `world`, from which a joint
 /// `world/LINK` leads to each root link.
 ///
 /// # Errors
@@ -106,14 +106,14 @@ pub(super) fn check_position(at: Element, pose: &Pose) -> Result<(), FileError> 
 /// The error about an `include`.
 fn included(at: Element) -> FileError {
     at.error("`include` is not supported: only one file is read")
-        .with_help("put the included model in its place, or remove it where the robot does not need it")
+        .with_help("replace it by the included model, or remove it if the robot does not need it")
 }
 
 impl Reader<'_> {
-    /// The one model of the file, and gravity where it is in a world that gives it.
+    /// The one model of the file, and gravity if the model is in a world that gives it.
     ///
     /// # Errors
-    /// Where there is not one model alone.
+    /// If there is not exactly one model.
     fn find_model<'a>(&mut self, root: Element<'a>) -> Result<(Element<'a>, Option<[f64; 3]>), FileError> {
         let mut models: Vec<_> = root.all("model").collect();
         let world = root.child("world")?;
@@ -196,7 +196,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Fixes what no joint carries in the world.
+    /// Fixes to the world whatever no joint carries.
     ///
     /// # Errors
     /// Where `static` is neither true nor false.
@@ -227,7 +227,7 @@ impl Reader<'_> {
         if !needs_world && roots.len() == 1 && roots.iter().all(|&root| in_world(root) == Pose::IDENTITY) {
             return Ok(());
         }
-        // Without a root there is a loop, which is an error later.
+        // Without a root there is a loop, which is reported later.
         if !needs_world && roots.is_empty() {
             return Ok(());
         }

@@ -44,7 +44,7 @@ impl Version {
     }
 }
 
-/// An element that is not read where its tag is not in `read`.
+/// Reports an element that is not read, unless its tag is in `read`.
 pub(super) fn pass_over(element: Element, read: &[&str], ignored: &[&str], warnings: &mut Warnings) {
     let tag = element.tag();
     // Tags with a prefix belong to other programs.
@@ -72,7 +72,7 @@ pub(super) fn number(at: Element, tag: &str) -> Result<Option<f64>, FileError> {
     at.child(tag)?.map(Element::content_number).transpose()
 }
 
-/// The `pose` of an element, and the name of what it is relative to; at the origin where nothing is said.
+/// The `pose` of an element, and the name of the frame it is relative to; the origin if not given.
 ///
 /// # Errors
 /// Where it is no pose.

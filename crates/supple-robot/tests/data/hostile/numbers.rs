@@ -87,7 +87,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
         r#"<robot name="r">
 <link name="a"><inertial><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 </robot>"#,
-        "robot.urdf:2:16: inertial of link `a`: a `mass` is missing in it",
+        "robot.urdf:2:16: inertial of link `a`: a `mass` element is missing",
     ),
     (
         "a moment missing",

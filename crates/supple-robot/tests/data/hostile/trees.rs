@@ -118,7 +118,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="fixed"><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:1: joint `j`: a `parent` is missing in it",
+        "robot.urdf:4:1: joint `j`: a `parent` element is missing",
     ),
     (
         "a joint with two parents",

@@ -18,7 +18,7 @@ pub(in super::super) fn row_text(row: &[Cell]) -> String {
     serde_json::Value::from(cells).to_string()
 }
 
-/// The row of a text; none where it is no row.
+/// The row of a text; `None` if it is no row.
 pub(in super::super) fn row(text: &str) -> Option<Vec<Cell>> {
     serde_json::from_str(text).ok()
 }
@@ -37,7 +37,7 @@ pub(in super::super) fn plan_bytes(point: usize, neighbour: &Neighbour) -> Vec<u
     bytes
 }
 
-/// The point and plans of these bytes; none where they are not of this problem.
+/// The point and plans of these bytes; `None` if they are not of this problem.
 pub(in super::super) fn plan(mut bytes: &[u8], problem: &Problem) -> Option<(usize, Neighbour)> {
     let point = u64::from_le_bytes(*take(&mut bytes)?);
     let mut neighbour = Neighbour::new();

@@ -11,7 +11,7 @@ use choosing::Choosing;
 
 impl CatalogueDesign {
     /// How many nats more the chosen design needs than that without catalogues, prices with their weight included, where
-    /// both meet every bound. None where entries have prices and prices count: that without catalogues does not pay them.
+    /// both meet every bound. `None` if entries have prices and prices count: that without catalogues does not pay them.
     #[must_use]
     pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
         let (chosen, free) = (&self.chosen().summary, &self.continuous);

@@ -93,7 +93,7 @@ pub(super) fn risk_sweep(given: Given, policy: &mut Policy, costates: &mut Matri
 }
 
 /// `S~` and `J~_x` from `S` and `J_x` where a random change of covariance `change` comes in between, and what it adds to the
-/// value; none where the exponential has no finite mean.
+/// value; `None` if the exponential has no finite mean.
 fn inflate(s: &mut DMatrix<f64>, slope: &mut DVector<f64>, change: &DMatrix<f64>, sensitivity: f64) -> Option<f64> {
     if sensitivity == 0.0 {
         return Some(0.5 * s.dot(change));

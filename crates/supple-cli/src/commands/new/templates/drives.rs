@@ -18,7 +18,7 @@ struct Servo<'a> {
     kp: f64,
     /// N m s/rad or N s/m.
     kv: f64,
-    /// Inertia of the drive, kg m^2 or kg; none where the robot's own is enough.
+    /// Inertia of the drive, kg m^2 or kg; `None` if the robot's own is enough.
     armature: Option<f64>,
     /// The command that holds the start, rad or m.
     command: f64,

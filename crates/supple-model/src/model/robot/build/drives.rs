@@ -13,8 +13,8 @@ use crate::quantity::Unfit;
 use crate::{Point, Value};
 
 impl Build<'_> {
-    /// The drives: those that `actuated` names, or the actuators of the file, or all joints that move. Joints whose drive
-    /// the task gives a stiffness or damping get an actuator.
+    /// The drives: those that `actuated` names, else the actuators of the file, else all joints that move. A joint whose
+    /// drive has a stiffness or damping in the task gets an actuator.
     pub(super) fn drives(
         &mut self,
         actuated: Option<Vec<String>>,
@@ -23,7 +23,7 @@ impl Build<'_> {
         compliance: &[Element],
     ) -> Result<Vec<Drive>, FileError> {
         if !from_file {
-            // What the motors of the file can exert still limits the joints.
+            // The ranges of the file's actuators still limit the joint efforts, even if the actuators are not used.
             let driven: Vec<usize> = self.robot.actuators.iter().map(|actuator| actuator.joint).collect();
             for joint in driven {
                 let most = self.robot.greatest_effort(joint);
@@ -80,7 +80,7 @@ impl Build<'_> {
         Ok(drives)
     }
 
-    /// The actuator of a joint whose drive the task gives a stiffness or a damping: its index among those of the robot.
+    /// Adds an actuator if the task gives the joint's drive a stiffness or damping; returns its index in the robot.
     fn add_actuator(&mut self, name: &str, dof: usize, file: &DriveFile) -> Option<usize> {
         let initial = |value: Option<Value>| {
             let phi = self.parameters.initial();
@@ -100,7 +100,7 @@ impl Build<'_> {
         Some(self.robot.actuators.len() - 1)
     }
 
-    /// The degree of freedom that an actuator drives; none where its joint does not move.
+    /// The degree of freedom that an actuator drives; `None` if its joint does not move.
     fn dof_of(&self, actuator: &Actuator) -> Option<usize> {
         self.tree.joint_indices().iter().position(|&joint| joint == actuator.joint)
     }
@@ -134,7 +134,7 @@ impl Build<'_> {
         })
     }
 
-    /// A drive of a degree of freedom whose joint is rigid, which may be an actuator of the file.
+    /// A drive of a degree of freedom with a rigid joint; it may be an actuator of the file.
     fn drive(
         &self,
         name: &str,

@@ -42,11 +42,11 @@ pub(super) struct Build<'a> {
     inserted: Vec<Inserted>,
 }
 
-/// Moving joints that a robot has at most.
+/// Greatest number of moving joints in a robot.
 const MOST_JOINTS: usize = 200;
 
-/// Why a robot with so many moving joints is refused: recording its derivatives took 0.6 GB with 80 of them, and grows
-/// by the power 2.5 (measured on chains of 20 to 80).
+/// Why a robot with that many moving joints is refused: recording its derivatives took 0.6 GB for 80 joints, growing
+/// with the power 2.5 of their number (measured on chains of 20 to 80).
 fn too_large(joints: usize) -> Option<String> {
     let gigabytes = 0.6 * (joints as f64 / 80.0).powi(2) * (joints as f64 / 80.0).sqrt();
     (joints > MOST_JOINTS).then(|| {
@@ -164,7 +164,7 @@ impl Build<'_> {
         Ok(robot)
     }
 
-    /// Every joint must move something that has inertia.
+    /// Checks that every joint moves something that has inertia.
     fn check_inertia(&self, robot: &Robot) -> Result<(), FileError> {
         let phi = self.parameters.initial();
         let at = crate::Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
@@ -184,7 +184,7 @@ impl Build<'_> {
         })
     }
 
-    /// Nothing may be said of the drive of a locked joint.
+    /// Checks that the task does not set properties of a locked joint's drive.
     fn check_locked_uses(&self, drives: &BTreeMap<String, DriveFile>) -> Result<(), FileError> {
         for name in drives.keys() {
             if let Some((message, help)) = crate::physics::locked_message(name, &self.locked_names) {
