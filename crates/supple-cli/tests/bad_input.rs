@@ -478,7 +478,7 @@ fn files_that_cannot_be_read() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_file_without_end_is_not_read_to_its_end() {
-    assert!(Folder::new().run(&["evaluate", "/dev/zero"]).error().contains("more than 64 MiB"));
+    assert!(Folder::new().run(&["evaluate", "/dev/zero"]).error().contains("larger than 64 MiB"));
 }
 
 #[test]

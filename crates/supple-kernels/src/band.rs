@@ -6,7 +6,7 @@ use crate::{Job, LANES, Lanes, Matrices, dispatch, halt, padded};
 /// How many right sides a [`Band`] solves for at once.
 pub const RIGHT_SIDES: usize = 2;
 
-/// A symmetric positive definite block tridiagonal matrix with right sides beside it.
+/// A symmetric positive definite block tridiagonal matrix with its right-hand sides.
 ///
 /// Block `t` is of order `orders[t]`, and may be empty. Its rows are `[H_t, C_t, b_t]`, each padded to whole lanes: the
 /// upper triangle of the diagonal block, the block between `t` and `t + 1`, and the right sides.
@@ -43,7 +43,7 @@ impl Band {
         (width(t), width(t) + width(t + 1))
     }
 
-    /// Row `row` of block `t`, to be written; holds what the last factorisation left until then.
+    /// Row `row` of block `t`, to be written; initially holds leftovers of the last factorisation.
     #[inline(always)]
     pub fn row_mut(&mut self, t: usize, row: usize) -> BandRow<'_> {
         let (next, right) = self.offsets(t);
@@ -98,12 +98,12 @@ fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
     sums[0] + sums[1] + (sums[2] + sums[3]) + rest
 }
 
-/// `H_t = R'R`, with `R'^-1` applied to `C_t` and the right sides as the rows are made, and what that takes from the next
-/// block.
+/// `H_t = R'R`, with `R'^-1` applied to `C_t` and the right sides as the rows are made, and the update that this causes in
+/// the next block.
 struct Factor<'a>(&'a mut Band);
 
 impl Job for Factor<'_> {
-    /// `Err(t)` where block t is not positive definite, and where a stop is requested.
+    /// `Err(t)` if block t is not positive definite, or if a stop is requested.
     type Output = Result<(), usize>;
 
     #[inline(always)]
@@ -117,7 +117,7 @@ impl Job for Factor<'_> {
             }
             if t > 0 {
                 band.take_coupling::<L>(t);
-                // What was cut short is none.
+                // A factorisation that was interrupted is invalid.
                 if halt::is_requested() {
                     return Err(t);
                 }

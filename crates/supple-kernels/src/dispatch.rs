@@ -8,7 +8,7 @@ use crate::lanes::{Job, Lanes, Portable};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Level {
-    /// What every machine of this kind has: SSE2 on x86-64, plain arrays elsewhere. No fused multiply-add.
+    /// Available on every machine: SSE2 on x86-64, plain arrays elsewhere. No fused multiply-add.
     Baseline = 1,
     /// AVX2 and fused multiply-add.
     Avx2 = 2,
@@ -58,7 +58,7 @@ impl Level {
         best
     }
 
-    /// Uses this level from now on, in the whole process; false, and nothing changed, where the machine lacks it.
+    /// Uses this level from now on, in the whole process; returns false, and changes nothing, if the machine lacks it.
     ///
     /// Levels differ by rounding (fused multiply-add). `Baseline` gives the same bits on every x86-64.
     pub fn force(self) -> bool {
@@ -72,7 +72,7 @@ impl Level {
 
 /// Runs `job` with the instructions of [`Level::current`]: one branch per call.
 ///
-/// This is where lanes come from: those of a level are used by none but the jobs that run here, on a machine that has its
+/// This is the only source of lanes: only jobs that run here use the lanes of a level, on a machine that has its
 /// instructions.
 #[inline]
 pub fn dispatch<J: Job>(job: J) -> J::Output {

@@ -18,7 +18,7 @@ pub struct Dual<S, const K: usize> {
 }
 
 impl<S: Scalar, const K: usize> Dual<S, K> {
-    /// A value that moves with direction `direction` at rate 1.
+    /// A value whose derivative along direction `direction` is 1.
     #[inline(always)]
     pub fn variable(value: S, direction: usize) -> Self {
         let mut tangents = [S::zero(); K];
@@ -26,7 +26,7 @@ impl<S: Scalar, const K: usize> Dual<S, K> {
         Self { value, tangents }
     }
 
-    /// A value that moves with nothing.
+    /// A value that depends on no direction.
     #[inline(always)]
     pub fn fixed(value: S) -> Self {
         Self { value, tangents: [S::zero(); K] }
@@ -210,7 +210,7 @@ mod tests {
 
     use super::*;
 
-    /// A function through every operation, for our numbers.
+    /// A function that uses every operation, for our numbers.
     fn ours<S: Scalar>(x: S) -> S {
         let (sin, cos) = (x * 0.7).sin_cos();
         let root = (x * x + 0.3).sqrt();
@@ -231,7 +231,7 @@ mod tests {
         let z = x;
         let smooth = ((z * z + 1e-4).sqrt() + z) * 0.5;
         let kink = if x.re > 2.0 { x - 2.0 } else { -(x - 2.0) };
-        // Right of the origin the angle is that of the quotient.
+        // With a positive denominator, the angle is the arctangent of the quotient.
         let angle = ((x * x - 1.0) / (x * 0.8 + 4.0)).atan();
         let bends = (x * 0.4).tanh() * (x * 0.3).exp_m1() + (x * x).ln_1p();
         angle + bends + chosen + smooth - kink

@@ -3,7 +3,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use crate::scalar::derive_operators;
 use crate::{Scalar, Single, math};
 
-/// One number whose multiply-add is rounded once: what one lane does where the machine has the instruction.
+/// A number whose multiply-add is rounded once, like one lane on machines that have the instruction.
 ///
 /// To be used under run-time dispatch only; elsewhere `mul_add` is a slow call.
 #[derive(Clone, Copy, Debug, PartialEq)]

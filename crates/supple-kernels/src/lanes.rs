@@ -10,7 +10,7 @@ pub const LANES: usize = 8;
 ///
 /// `run` and all it calls must be `#[inline(always)]`; a closure made outside does not inherit the instructions.
 pub trait Job {
-    /// What comes of it.
+    /// The result of the job.
     type Output;
 
     /// Does the work with lanes of type `L`.
@@ -22,7 +22,7 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// One number with the arithmetic of one lane.
     type Single: Single;
 
-    /// Whether there are registers enough to keep sixteen sets of lanes at once.
+    /// Whether there are enough registers to hold sixteen sets of lanes at once.
     const WIDE: bool;
 
     /// The lanes from an array.
@@ -31,8 +31,8 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// The lanes as an array.
     fn to_array(self) -> [f64; LANES];
 
-    /// Runs a job in a function of its own, with the instructions of these lanes. What is not copied into its caller is
-    /// compiled once, however many call it: for work beside which a call is nothing.
+    /// Runs a job as a separate function, with the instructions of these lanes. Code that is not inlined into its caller is
+    /// compiled once, however many callers it has: for jobs whose call cost is negligible.
     fn apart<J: Job>(job: J) -> J::Output;
 
     /// `term - self * factor`, rounded once where the machine can.
@@ -207,7 +207,7 @@ impl Scalar for Portable {
 fn lane_sin_cos<L: Lanes>(x: L) -> (L, L) {
     let (sin, cos) = math::near_sin_cos(x);
     let values = x.to_array();
-    // Neither are numbers that are not finite.
+    // Numbers that are not finite are not near either.
     let is_near = |value: f64| value.abs() <= math::NEAR;
     if values.into_iter().all(is_near) {
         return (sin, cos);
@@ -249,7 +249,7 @@ mod tests {
     use super::*;
     use crate::{Level, dispatch, dispatch_portable};
 
-    /// What is done with whole lanes, of numbers that are all different.
+    /// Operations on whole lanes, applied to numbers that all differ.
     struct Moves;
 
     impl Job for Moves {
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(dispatch_portable(Moves), expected);
     }
 
-    /// Angles that are reduced in lanes beside such that are not.
+    /// Angles that are reduced in lanes, mixed with angles that are not.
     #[test]
     fn sines_of_near_and_far_angles_side_by_side() {
         struct Sines([f64; LANES]);

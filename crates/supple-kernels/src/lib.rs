@@ -2,7 +2,7 @@
 //! [`Scalar`]; recorded as a graph, they are differentiated exactly and run for eight points at once, with the same bits
 //! whatever the number of threads.
 //!
-//! The crate is the lowest of supple and depends on none of the others: `supple-lqg` sweeps over its [`Matrices`], and
+//! The crate is the lowest layer of supple and depends on no other: `supple-lqg` sweeps over its [`Matrices`], and
 //! `supple-model` records physics with its [`graph`].
 //!
 //! | what | main items |
@@ -42,8 +42,8 @@
 //! # Inlining
 //!
 //! Operations and kernels are `#[inline(always)]`: a function that is not inlined under run-time dispatch falls back to
-//! baseline instructions and runs tens of times slower. What is large and called from many places is a [`Job`] that
-//! [`Lanes::apart`] runs: a function of its own that keeps the instructions.
+//! baseline instructions and runs tens of times slower. Large code that is called from many places is a [`Job`] that
+//! [`Lanes::apart`] runs: a separate function that keeps the instructions.
 
 mod band;
 mod dispatch;

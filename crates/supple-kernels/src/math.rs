@@ -1,5 +1,5 @@
-//! Elementary functions in plain Rust, so that a machine's C library, which chooses its code by the processor, has no part
-//! in results: within one instruction level, the same bits everywhere.
+//! Elementary functions in plain Rust, so that results do not depend on the machine's C library, which selects code by
+//! processor: within one instruction level, the same bits everywhere.
 //!
 //! Sine and cosine are written over any [`Scalar`], and so run in lanes; the others are those of the crate `libm`.
 
@@ -49,7 +49,7 @@ pub(crate) fn near_sin_cos<S: Scalar>(x: S) -> (S, S) {
     let turns = (x * S::constant(std::f64::consts::FRAC_2_PI) + rounder) - rounder;
     let (first, second) = (turns * S::constant(HALF_TURN[0]), turns * S::constant(HALF_TURN[1]));
     let (third, rest) = (turns * S::constant(HALF_TURN[2]), turns * S::constant(HALF_TURN[3]));
-    // What each difference loses is kept.
+    // The rounding error of each difference is kept.
     let a = x - first;
     let b = a - second;
     let lost_b = (a - b) - second;
@@ -67,7 +67,7 @@ pub(crate) fn near_sin_cos<S: Scalar>(x: S) -> (S, S) {
     let whole = S::one() - half;
     let cosine = whole + (((S::one() - whole) - half) + (z * (z * polynomial(z, COSINE)) - r * tail));
 
-    // Of k, its place in -2 ..= 2 modulo 4.
+    // The residue of k modulo 4, in -2 ..= 2.
     let quarters = (turns * S::constant(0.25) + rounder) - rounder;
     let place = turns - quarters * S::constant(4.0);
     let is_odd = S::constant(0.5) - (place * place - S::one()).square();
@@ -87,7 +87,7 @@ fn polynomial<S: Scalar>(z: S, coefficients: [f64; 6]) -> S {
     sum
 }
 
-/// Sine and cosine with the arithmetic of `S`, of which `value` is the number.
+/// Sine and cosine of `x`, whose number is `value`, with the arithmetic of `S`.
 #[inline(always)]
 pub(crate) fn single_sin_cos<S: Scalar>(x: S, value: f64) -> (S, S) {
     if value.abs() <= NEAR {
@@ -143,8 +143,8 @@ mod tests {
         }
     }
 
-    /// Both take the same formulas, in different order: of angles between, fewer than one in a hundred get other bits, and
-    /// none next to multiples of pi/2, where what the reduction loses would show.
+    /// Both use the same formulas, in different order: fewer than one in a hundred of the angles in between differ in bits,
+    /// and none next to multiples of pi/2, where errors of the reduction would show.
     #[test]
     fn sine_and_cosine_have_the_bits_of_one_by_one() {
         let differ = |x: f64| {

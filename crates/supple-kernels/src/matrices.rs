@@ -47,10 +47,10 @@ impl Matrices {
         Self::zeros(count, 1, len)
     }
 
-    /// Vectors of length `len`, from rows as long, which [`Matrices::to_rows`] gives back.
+    /// Vectors of length `len`, from rows of that length; the inverse of [`Matrices::to_rows`].
     ///
     /// # Panics
-    /// Where a row has another length.
+    /// If a row has another length.
     #[must_use]
     pub fn of_rows(rows: &[Vec<f64>], len: usize) -> Self {
         let mut out = Self::vectors(rows.len(), len);
@@ -78,7 +78,7 @@ impl Matrices {
         self.cols
     }
 
-    /// Numbers from one row to the next.
+    /// The number of entries from one row to the next, padding included.
     #[inline(always)]
     pub fn stride(&self) -> usize {
         self.stride
@@ -179,7 +179,7 @@ impl Matrices {
         self.as_mut_slice().fill(0.0);
     }
 
-    /// Takes the numbers of `other`, which must have the same shape; allocates nothing.
+    /// Copies the numbers of `other`, which must have the same shape; allocates nothing.
     pub fn copy_from(&mut self, other: &Self) {
         self.as_mut_slice().copy_from_slice(other.as_slice());
     }

@@ -3,7 +3,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use crate::Scalar;
 use crate::scalar::derive_operators;
 
-/// Two numbers, or two sets of lanes, worked on at once: twice the work for every instruction that is looked at.
+/// Two numbers, or two sets of lanes, processed at once: twice the work for every instruction decoded.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pair<S>(pub S, pub S);
 

@@ -1,7 +1,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A real number as the physics of a model sees it: a plain `f64`, eight of them in SIMD lanes, a dual number, or a
+/// A real number as the physics of a model uses it: a plain `f64`, eight of them in SIMD lanes, a dual number, or a
 /// place in a graph.
 ///
 /// Code generic over `Scalar` must not branch on values: use [`Scalar::select`] and what is built on it.
@@ -47,10 +47,10 @@ pub trait Scalar:
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
 
-    /// `e` to the power of `self`, less 1: exact to rounding also near 0.
+    /// `e` to the power of `self`, minus 1: accurate to rounding near 0, too.
     fn exp_m1(self) -> Self;
 
-    /// Natural logarithm of `1 + self`: exact to rounding also near 0.
+    /// Natural logarithm of `1 + self`: accurate to rounding near 0, too.
     fn ln_1p(self) -> Self;
 
     /// The angle of the point (`x`, `self`), radians in [-pi, pi]. It has no derivative at the origin.
@@ -59,11 +59,11 @@ pub trait Scalar:
     /// `positive` where `self > 0`, else `otherwise`.
     fn select(self, positive: Self, otherwise: Self) -> Self;
 
-    /// What `start` becomes by `body`, again and again until the number that it gives beside the next variables is no
-    /// longer above 0: once at least, and `most` times at most. Of numbers in lanes each stops on its own.
+    /// Applies `body` to `start` repeatedly, until the number that it returns beside the next variables is no
+    /// longer above 0: at least once, and at most `most` times. With lanes, each lane stops on its own.
     ///
-    /// In the derivatives of a graph the result is constant: what solves an equation is to be followed by steps of
-    /// Newton's method, each of which makes twice as many orders of derivatives right.
+    /// In the derivatives of a graph the result counts as constant: a repetition that solves an equation must be followed by
+    /// Newton steps, each of which doubles the number of derivative orders that are correct.
     fn repeat(start: Vec<Self>, most: usize, body: impl Fn(&[Self]) -> (Vec<Self>, Self)) -> Vec<Self> {
         let mut variables = [vec![Self::one()], start].concat();
         for _ in 0..most {
@@ -110,7 +110,7 @@ pub trait Scalar:
 
     /// The smooth positive part `(z)_+ = 1/2 (sqrt(z^2 + smoothing^2) + z)` of Tassa et al. 2012.
     ///
-    /// With `smoothing` a constant 0 this is `max(z, 0)` but for the undefined derivative at `z = 0`; use
+    /// With `smoothing` a constant 0 this is `max(z, 0)` except for the undefined derivative at `z = 0`; use
     /// [`Scalar::positive_part`] there.
     #[inline(always)]
     fn smooth_positive_part(self, smoothing: Self) -> Self {
@@ -149,7 +149,7 @@ pub trait Scalar:
     }
 }
 
-/// The variables of a [repetition](Scalar::repeat) after one more run, where `running` is above 0: first whether it goes on.
+/// The variables of a [repetition](Scalar::repeat) after one more run, if `running` is above 0; first the next `running`.
 pub(crate) fn once_more<S: Scalar>(running: S, variables: &[S], body: &impl Fn(&[S]) -> (Vec<S>, S)) -> Vec<S> {
     let (next, left) = body(variables);
     let goes_on = running.select(left.select(S::one(), S::zero()), S::zero());
@@ -159,7 +159,7 @@ pub(crate) fn once_more<S: Scalar>(running: S, variables: &[S], body: &impl Fn(&
 
 /// One number with the arithmetic of one lane.
 pub trait Single: Scalar + Into<f64> {
-    /// Numbers as such.
+    /// The numbers as a slice of this type.
     fn slice_of(numbers: &mut [f64]) -> &mut [Self];
 }
 
@@ -286,7 +286,7 @@ mod tests {
         }
     }
 
-    /// Nothing but what is above 0 counts as such: neither 0 nor what is no number.
+    /// Only numbers above 0 count as positive: neither 0 nor NaN.
     #[test]
     fn choices_at_zero_and_where_there_is_no_number() {
         struct Select([f64; LANES]);

@@ -1,6 +1,6 @@
 use crate::Scalar;
 
-/// Memory that grows to what was asked for and is then reused: typed buffers without allocation in the sweeps.
+/// Memory that grows to the largest request and is then reused: typed buffers without allocation in the sweeps.
 #[derive(Debug, Default)]
 pub struct Scratch {
     lines: Vec<Line>,
@@ -41,7 +41,7 @@ impl Scratch {
         unsafe { std::slice::from_raw_parts_mut(start, len) }
     }
 
-    /// A buffer of `len` numbers that hold whatever was there before. Allocates as [`Scratch::zeros`] does.
+    /// A buffer of `len` numbers with arbitrary old contents. Allocates as [`Scratch::zeros`] does.
     ///
     /// # Safety
     /// Every pattern of bits must be a valid `S`.

@@ -2,8 +2,8 @@
 
 use supple_kernels::{LANES, Lanes, Matrices};
 
-/// Rows of `F` that say how positions follow rates: the first h rows are `e_i + dt F_{h + i}`, as those of every integrator
-/// are that moves positions by the new rates.
+/// The rows of `F` in which positions follow rates: the first h rows are `e_i + dt F_{h + i}`, as in every integrator that
+/// updates positions with the new rates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Carried {
     /// h.
@@ -12,7 +12,7 @@ pub(crate) struct Carried {
 }
 
 impl Carried {
-    /// What the first of some matrices `[A B]` suggests of all; `None` if nothing does, or where it does not pay: with
+    /// The structure that the first matrix `[A B]` suggests for all; `None` if there is none or it does not pay off, with
     /// fewer than `least` states.
     pub fn suggested(dynamics: &Matrices, least: usize) -> Option<Self> {
         let n = dynamics.rows();
@@ -21,25 +21,25 @@ impl Carried {
         }
         let rows = n / 2;
         let row = |i: usize| &dynamics.at(0)[i * dynamics.stride()..][..dynamics.cols()];
-        // The ratio of the largest entry that no identity is added to.
+        // The ratio at the largest entry outside the identity part.
         let columns = (1..dynamics.cols()).filter(|&j| row(rows)[j] != 0.0);
         let largest = columns.max_by(|&a, &b| row(rows)[a].abs().total_cmp(&row(rows)[b].abs()))?;
         let dt = row(0)[largest] / row(rows)[largest];
         dt.is_finite().then_some(Self { rows, dt })
     }
 
-    /// The structure that is suggested of all steps, where the matrix of one has it.
+    /// The structure suggested for all steps, if the matrix of this step has it.
     #[inline(always)]
     pub fn at_step<L: Lanes>(suggested: Option<Self>, f: &[f64], stride: usize) -> Option<Self> {
-        // Not by a closure, which would not run in lanes.
+        // Not with a closure, which would not inherit the instructions of the lanes.
         match suggested {
             Some(carried) if carried.holds::<L>(f, stride) => Some(carried),
             _ => None,
         }
     }
 
-    /// Whether one matrix, with zero padding, is of this structure, but for rounding: on the diagonal, where 1 is added, and
-    /// nowhere else, positions differ from what rates make of them.
+    /// Whether a zero-padded matrix has this structure up to rounding: position rows equal `dt` times the rate rows, plus
+    /// 1 on the diagonal and nothing elsewhere.
     #[inline(always)]
     fn holds<L: Lanes>(&self, f: &[f64], stride: usize) -> bool {
         const ROUNDING: f64 = 8.0 * f64::EPSILON;

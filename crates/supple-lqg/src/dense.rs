@@ -103,7 +103,7 @@ pub fn least_eigenvalue(a: Dense) -> f64 {
     match a.nrows() {
         0 => f64::INFINITY,
         1 => a[(0, 0)],
-        // What is not found must not look positive.
+        // If the iteration fails, the matrix must not appear positive definite.
         _ => eigen(a).map_or(f64::NEG_INFINITY, |found| found.eigenvalues.min()),
     }
 }
@@ -130,7 +130,7 @@ pub fn eigenvalues(a: &Dense) -> Option<Vec<Complex<f64>>> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
     }
-    // The iteration stalls at matrices such as cyclic permutations, and no longer once they are turned.
+    // The iteration stalls at matrices such as cyclic permutations, but not after a rotation.
     let n = a.nrows();
     let axis = DVector::from_fn(n, |i, _| 1.0 + (i as f64 + 1.0).sqrt()).normalize();
     let reflection = Dense::identity(n, n) - 2.0 * &axis * axis.transpose();
@@ -140,7 +140,7 @@ pub fn eigenvalues(a: &Dense) -> Option<Vec<Complex<f64>>> {
 }
 
 /// A singular value decomposition `a = u diag(values) v'`: as many values as `a` has rows or columns, the greatest first,
-/// and a column of `u` and of `v` for each, which is 0 in one of them where the value is 0.
+/// and a column of `u` and of `v` for each; one of the two is 0 if the value is 0.
 pub struct Svd {
     pub u: Dense,
     pub values: Vec<f64>,
@@ -153,8 +153,8 @@ const SWEEPS: usize = 60;
 /// Columns count as orthogonal when the cosine of their angle is at most this.
 const ORTHOGONAL: f64 = 1e-15;
 
-/// By one-sided Jacobi rotations. That of nalgebra returns wrong values and vectors of some matrices that are nearly
-/// singular (its issue 1172).
+/// By one-sided Jacobi rotations. nalgebra's own decomposition returns wrong values and vectors for some nearly
+/// singular matrices (its issue 1172).
 pub fn svd(a: &Dense) -> Svd {
     if a.ncols() > a.nrows() {
         let Svd { u, values, v } = svd(&a.transpose());
@@ -203,11 +203,11 @@ fn turn(a: &mut Dense, (i, j): (usize, usize), (cosine, sine): (f64, f64)) {
     }
 }
 
-/// `f` of rank columns with `f f' = a`, for a symmetric positive semidefinite `a`: by eigenvalues once every row has
-/// been scaled to a variance of 1, so that units do not matter. What is below rounding counts as 0.
+/// `f` with `f f' = a` and as many columns as the rank of a symmetric positive semidefinite `a`: by eigenvalues, after rows
+/// are scaled to a variance of 1, so that units do not matter. Eigenvalues below rounding count as 0.
 ///
 /// # Errors
-/// In words, where `a` is not positive semidefinite, not symmetric or not finite: which of its entries, counted from 0, or
+/// A message, if `a` is not positive semidefinite, not symmetric or not finite: which of its entries, counted from 0, or
 /// which eigenvalue.
 pub fn semidefinite_root(a: &Dense) -> Result<Dense, String> {
     let n = a.nrows();
@@ -240,7 +240,7 @@ pub fn semidefinite_root(a: &Dense) -> Result<Dense, String> {
     }))
 }
 
-/// The first `rows` rows and `cols` columns of the first matrix, holding at every step.
+/// The first `rows` rows and `cols` columns of the first matrix, as a constant sequence.
 pub fn first(matrices: &Matrices, rows: usize, cols: usize) -> Matrices {
     let mut out = Matrices::constant(rows, cols);
     store(&mut out, 0, &dense(matrices, 0).view((0, 0), (rows, cols)).into_owned());
@@ -268,7 +268,7 @@ mod tests {
         assert!((total - size).abs() <= 1e-14 * size, "{a}");
     }
 
-    /// Matrices of low rank, of which other programs give wrong values; tall, wide, empty, tiny and huge ones.
+    /// Low-rank matrices, for which other programs give wrong values; tall, wide, empty, tiny and huge ones.
     #[test]
     fn singular_values_are_those_of_the_matrix() {
         for (rows, cols) in (1..13).flat_map(|rows| (1..13).map(move |cols| (rows, cols))) {

@@ -5,7 +5,7 @@ use supple_kernels::Matrices;
 use crate::Error;
 use crate::arrays::Entries;
 
-/// How many numbers a model's vectors have.
+/// Lengths of a model's vectors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimensions {
     /// Length of the state `x`.
@@ -23,7 +23,7 @@ impl Dimensions {
     }
 }
 
-/// The hinge of supple: a trajectory's linearisation. All that comes after sees knots and nothing nonlinear.
+/// The central data structure of supple: a trajectory's linearisation. Everything downstream uses knots, nothing nonlinear.
 ///
 /// Knot `t` has `[A B] = [f_x f_u]`, `C = g_x` and `[l_zz | l_z]` with `z = (x, u)`; the last knot has no dynamics
 /// and no control.
@@ -37,7 +37,7 @@ pub struct Knots {
     pub measurement: Matrices,
     /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
     pub cost: Matrices,
-    /// Which state each measurement is, where every one is just a state, so that `C` picks states.
+    /// Which state each measurement is, if every one is a single state, so that `C` only selects states.
     pub picks: Option<Vec<usize>>,
 }
 
@@ -59,7 +59,7 @@ impl Knots {
     /// x` at the end.
     ///
     /// # Errors
-    /// Where the shapes do not fit.
+    /// If the shapes do not fit.
     ///
     /// ```
     /// use supple_lqg::Knots;
@@ -105,7 +105,7 @@ impl Knots {
         Ok(knots)
     }
 
-    /// How many steps there are: one less than knots.
+    /// The number of steps: one less than the number of knots.
     pub fn steps(&self) -> usize {
         self.dynamics.count()
     }
@@ -127,16 +127,16 @@ impl Knots {
     }
 }
 
-/// Adjoints of a number by the entries of the knots, at every point.
+/// Adjoints with respect to the entries of the knots, at every point.
 #[derive(Clone, Debug)]
 pub struct KnotAdjoints {
-    /// By `[A B]`, n x (n + m), stages.
+    /// With respect to `[A B]`, n x (n + m), stages.
     pub dynamics: Matrices,
-    /// By `C`, p x n, stages and end.
+    /// With respect to `C`, p x n, stages and end.
     pub measurement: Matrices,
-    /// By the second derivatives of the cost, symmetric, (n + m) x (n + m + 1) with an unused last column.
+    /// With respect to the second derivatives of the cost, symmetric, (n + m) x (n + m + 1) with an unused last column.
     pub cost: Matrices,
-    /// Whether any adjoint by the cost's second derivatives may be non-zero.
+    /// Whether any adjoint with respect to the cost's second derivatives may be non-zero.
     pub has_cost: bool,
 }
 

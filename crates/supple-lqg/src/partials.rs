@@ -8,27 +8,27 @@ use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::riccati::Policy;
 
-/// Derivatives of a number by what is computed along a plan, each with all else held fixed: what the reverse sweeps start
-/// from (theory, equation G.9). Those by symmetric matrices are symmetric.
+/// Derivatives of a scalar with respect to quantities computed along a plan, each with all others held fixed: input of the
+/// reverse sweeps (theory, equation G.9). Derivatives with respect to symmetric matrices are symmetric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Partials {
-    /// By `A_t`, n x n, N of them.
+    /// With respect to `A_t`, n x n, N of them.
     pub dynamics: Matrices,
-    /// By `C_t`, p x n, N + 1 of them.
+    /// With respect to `C_t`, p x n, N + 1 of them.
     pub measurement: Matrices,
-    /// By `W_t`, n x n, N of them.
+    /// With respect to `W_t`, n x n, N of them.
     pub process: Matrices,
-    /// By `V_t`, p x p, N + 1 of them.
+    /// With respect to `V_t`, p x p, N + 1 of them.
     pub measurement_noise: Matrices,
-    /// By `X_0`, n x n.
+    /// With respect to `X_0`, n x n.
     pub initial: Matrices,
-    /// By the predicted covariances `P_t`, n x n, N + 1 of them.
+    /// With respect to the predicted covariances `P_t`, n x n, N + 1 of them.
     pub predicted: Matrices,
-    /// By the corrected covariances `Sigma_t`, n x n, N + 1 of them.
+    /// With respect to the corrected covariances `Sigma_t`, n x n, N + 1 of them.
     pub corrected: Matrices,
-    /// By the feedback `K_t`, m x n, N of them.
+    /// With respect to the feedback `K_t`, m x n, N of them.
     pub feedback: Matrices,
-    /// By the value of information `Xi_t`, n x n, N of them.
+    /// With respect to the value of information `Xi_t`, n x n, N of them.
     pub value_of_information: Matrices,
 }
 
@@ -51,7 +51,7 @@ impl Partials {
         }
     }
 
-    /// Adds those by knots and noise to their adjoints; measurements that pick states have none.
+    /// Adds the derivatives with respect to knots and noise to their adjoints; measurements that pick states have none.
     pub fn add_to(&self, knots: &Knots, adjoints: &mut KnotAdjoints, noise: &mut Noise) {
         for t in 0..self.dynamics.count() {
             add_entries(&mut adjoints.dynamics, &self.dynamics, t);
@@ -66,8 +66,8 @@ impl Partials {
         add_entries(&mut noise.initial, &self.initial, 0);
     }
 
-    /// What those by the feedback at step `t` are by `Q`, (n + m) x (n + m), of which it is the minimiser: with
-    /// `Y = Q_uu^-1 Kb` over the controls that are free,
+    /// Converts derivatives with respect to the feedback at step `t`, the minimiser of `Q`, to those with respect to `Q`,
+    /// (n + m) x (n + m): with `Y = Q_uu^-1 Kb` over the controls that are free,
     ///
     /// ```text
     /// Qb_ux = -Y / 2      Qb_uu = -(Y K' + K Y') / 2

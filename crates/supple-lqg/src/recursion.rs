@@ -25,7 +25,7 @@ pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
 
 /// The largest modulus of the eigenvalues, by Gelfand's formula `lim |M^k|^(1/k)` with k = 2^40.
 ///
-/// Forty products, whatever the matrix: iterations for eigenvalues need not end where some are equal.
+/// Always forty products: eigenvalue iterations may not converge if some eigenvalues are equal.
 #[must_use]
 pub fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
     let (mut logarithm, mut share) = (0.0, 1.0);

@@ -20,7 +20,7 @@ pub struct RiccatiSeeds<'a> {
     pub process: f64,
     /// Of `1/2 Tr(S_0 X_0)`.
     pub initial: f64,
-    /// Derivatives of another number by `Xi` and `K`.
+    /// Derivatives of an additional objective with respect to `Xi` and `K`.
     pub partials: Option<&'a Partials>,
 }
 
@@ -56,8 +56,8 @@ impl RiccatiAdjoint {
     }
 }
 
-/// The sweep through the Riccati recursion, forwards in time: adjoints by `[A B]` and the cost's second derivatives, the
-/// first added to `adjoints`, the second written over (theory, equations G.4 and G.9). With the adjoint `Sb` of S_t and `Xb
+/// The sweep through the Riccati recursion, forwards in time: adjoints with respect to `[A B]` (added to `adjoints`) and to
+/// the cost's second derivatives (overwritten; theory, equations G.4 and G.9). With the adjoint `Sb` of S_t and `Xb
 /// = belief/2 Sigma_t` of Xi_t, as `S` is the least of `[I K'] Q [I; K]` over K, and `Xi = Q_xx - S`:
 ///
 /// ```text
@@ -87,7 +87,7 @@ struct Sweep<'a> {
     adjoints: &'a mut KnotAdjoints,
 }
 
-/// States from which it pays that positions follow rates.
+/// Number of states from which exploiting the position-rate structure pays off.
 const LEAST: usize = 12;
 
 impl Job for Sweep<'_> {
@@ -171,7 +171,7 @@ impl RiccatiAdjoint {
     }
 }
 
-/// Adds to `Qb`, rows `stride` apart, what another number has by `Xi_t` and `K_t`.
+/// Adds to `Qb`, rows `stride` apart, the derivatives of the additional objective through `Xi_t` and `K_t`.
 fn add_partials((knots, policy, partials): (&Knots, &Policy, &Partials), t: usize, (q, stride): (&mut [f64], usize)) {
     let n = knots.dimensions.states;
     for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {

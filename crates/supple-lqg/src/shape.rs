@@ -42,7 +42,7 @@ impl Length {
     }
 }
 
-/// Calls a generic function with the rows of [`Length::of`] some sizes.
+/// Calls a generic function with the row type that [`Length::of`] selects for these sizes.
 macro_rules! by_length {
     ($dimensions:expr, |$rows:ident| $run:expr) => {
         match $crate::shape::Length::of($dimensions) {
@@ -70,7 +70,7 @@ impl<R: Rows> Shape<R> {
         Self { n, m, p, rows: PhantomData }
     }
 
-    /// Runs part of a sweep: copied into it for short rows, otherwise a function of its own, beside which a call is nothing.
+    /// Runs part of a sweep: inlined for short rows, otherwise as a separate function whose call cost is negligible.
     #[inline(always)]
     pub fn part<L: Lanes, J: Job>(self, job: J) -> J::Output {
         if R::SHORT { job.run::<L>() } else { L::apart(job) }

@@ -1,16 +1,16 @@
-//! Symmetric matrices moved by the dynamics: `F X F'`, as covariances are.
+//! Symmetric matrices propagated by the dynamics, such as covariances: `F X F'`.
 
 use supple_kernels::rows::{Left, Product, Rows, Scaled, View, ViewMut, mirror, transpose};
 use supple_kernels::{Lanes, Matrices};
 
 use crate::carried::Carried;
 
-/// Memory for moving n x n matrices by dynamics of up to so many columns.
+/// Memory for propagating n x n matrices through dynamics with up to a given number of columns.
 #[derive(Clone, Debug)]
 pub(crate) struct Transport {
     /// `F X`, n x columns.
     pub product: Matrices,
-    /// `F'`, or the part of it that rates move.
+    /// `F'`, or only the part of it that belongs to the rates.
     transposed: Matrices,
     /// `F_v X F_v'`, h x h.
     rates: Matrices,
@@ -26,7 +26,7 @@ impl Transport {
     }
 }
 
-/// Dynamics as a sweep gives them: rows of `F`, of which some columns count.
+/// Dynamics as given by a sweep: rows of `F`, of which only some columns are used.
 #[derive(Clone, Copy)]
 pub(crate) struct Mover<'a> {
     pub f: View<'a>,
@@ -36,13 +36,13 @@ pub(crate) struct Mover<'a> {
 }
 
 impl Mover<'_> {
-    /// `out = F X F' + W`; of dynamics `F = [E + dt F_v; F_v]` with `E = [I 0]`, from `G = F_v X`:
+    /// `out = F X F' + W`; for dynamics `F = [E + dt F_v; F_v]` with `E = [I 0]`, from `G = F_v X`:
     ///
     /// ```text
     /// [vv] = G F_v'      [vq] = G E' + dt G F_v'      [qq] = X_qq + dt (G E' + E G') + dt^2 G F_v'
     /// ```
     ///
-    /// `work.product` holds `F X` afterwards, of carried dynamics the rows of rates alone.
+    /// `work.product` holds `F X` afterwards; for dynamics with carried positions, only the rows of rates.
     #[inline(always)]
     pub fn transport<L: Lanes, R: Rows>(self, x: View, w: Option<View>, out: &mut [f64], work: &mut Transport) {
         let Self { f, rows: n, columns, carried } = self;

@@ -9,7 +9,7 @@ use supple_lqg::Dimensions;
 pub struct Channel {
     /// Its name.
     pub name: String,
-    /// Its unit; empty where it is not known.
+    /// Its unit; empty if unknown.
     #[serde(default)]
     pub unit: String,
 }
@@ -62,7 +62,7 @@ pub struct Drive {
 /// Bounds of the real robot on a state or control.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
-    /// What it is, for people: ``velocity of joint `elbow` ``.
+    /// Description for messages: ``velocity of joint `elbow` ``.
     pub name: String,
     /// The state or control it applies to.
     pub of: Limited,

@@ -17,29 +17,29 @@ pub struct Contact {
 /// A contact at one state. It does not depend on controls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactState {
-    /// Normal force, N; positive where it pushes.
+    /// Normal force, N; positive if it pushes.
     pub force: f64,
-    /// Distance from the surface, m; negative where the body is inside, by the depth of penetration.
+    /// Distance from the surface, m; if the body penetrates, minus the depth of penetration.
     pub clearance: f64,
-    /// Distance over which the contact sets in, m; 0 for a hard switch.
+    /// Distance over which the contact force builds up, m; 0 for a hard switch.
     pub smoothing: f64,
     /// Stiffness, N/m.
     pub stiffness: f64,
-    /// The whole force in the world, friction included, N.
+    /// The total force, including friction, in the axes of the world, N.
     pub total_force: [f64; 3],
 }
 
-/// A force counts as touching above this share of `stiffness smoothing`, the force of a depth of one smoothing length.
+/// A contact touches above this fraction of `stiffness smoothing`, the force at a depth of one smoothing length.
 pub const NEGLIGIBLE_FORCE: f64 = 1e-6;
 
 impl ContactState {
-    /// Whether it touches: the clearance is below one smoothing length, and the normal force above
-    /// [`NEGLIGIBLE_FORCE`] of `stiffness smoothing`.
+    /// Whether it touches: the clearance is below one smoothing length, and the normal force exceeds
+    /// [`NEGLIGIBLE_FORCE`] times `stiffness smoothing`.
     pub fn touches(&self) -> bool {
         self.clearance < self.smoothing && self.force > NEGLIGIBLE_FORCE * self.stiffness * self.smoothing
     }
 
-    /// Whether it is apart: the clearance exceeds one smoothing length.
+    /// Whether it is separated from the surface: the clearance exceeds one smoothing length.
     pub fn is_apart(&self) -> bool {
         self.clearance > self.smoothing
     }
@@ -49,7 +49,7 @@ impl ContactState {
     }
 }
 
-/// A contact force that a cost asks for: its target is not 0.
+/// A contact force that a cost requests with a non-zero target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WantedForce {
     /// Index of the cost among those of the task, from 0.
@@ -73,20 +73,20 @@ pub struct ContactReport {
     pub first_s: Option<f64>,
     /// Time of the last step at which it touches, s; `None` if it never does.
     pub last_s: Option<f64>,
-    /// Share of the N + 1 steps at which it touches.
+    /// Fraction of the N + 1 steps at which it touches.
     #[serde(deserialize_with = "or_nan")]
     pub share_of_time: f64,
-    /// The greatest normal force at a step at which it touches, N; 0 where it never does.
+    /// The greatest normal force over the steps at which it touches, N; 0 if it never does.
     #[serde(rename = "peak_force_N", deserialize_with = "or_nan")]
     pub peak_force: f64,
     /// The mean normal force over the steps at which it touches, N; 0 where it never does.
     #[serde(rename = "mean_force_N", deserialize_with = "or_nan")]
     pub mean_force: f64,
-    /// The least clearance, m; negative where the body is inside, by the greatest depth of penetration.
+    /// The least clearance, m; if the body penetrates, minus the greatest depth of penetration.
     #[serde(deserialize_with = "or_nan")]
     pub least_clearance_m: f64,
-    /// The greatest norm of the whole force at steps with a clearance of more than one smoothing length, N; 0 where there
-    /// are none. A law of contact that vanishes apart gives 0.
+    /// The greatest norm of the total force over steps with a clearance of more than one smoothing length, N; 0 if there
+    /// are none. It is 0 for contact laws without force at a distance.
     #[serde(rename = "greatest_force_apart_N", deserialize_with = "or_nan")]
     pub greatest_force_apart: f64,
 }

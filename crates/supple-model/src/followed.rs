@@ -1,11 +1,11 @@
-//! Quantities that are recorded along plans, besides those in costs: limits, and curves that a task asks for.
+//! Quantities that are recorded along plans, in addition to those in costs: limits, and curves that a task requests.
 
 use crate::Value;
 use crate::channels::Channel;
 use crate::cost::Cost;
 use crate::quantity::{DriveEffort, Quantity, Unfit, Vocabulary};
 
-/// A quantity that is followed.
+/// A quantity that is recorded along plans.
 #[derive(Clone, Debug)]
 pub struct Followed {
     /// The quantity.
@@ -79,7 +79,7 @@ pub struct Ends {
 }
 
 impl Ends {
-    /// Those of the enforced limits in `followed`; `None` if no limit is enforced.
+    /// The sides of the enforced limits in `followed`; `None` if no limit is enforced.
     #[must_use]
     pub fn of(followed: &[Followed]) -> Option<Self> {
         let followed: Vec<Followed> = followed.iter().filter(|followed| followed.enforced).cloned().collect();
@@ -112,15 +112,15 @@ fn is_infinite(bound: &Value) -> bool {
 /// A number that is recorded along a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FollowedNumber {
-    /// What it is.
+    /// Its name and unit.
     pub channel: Channel,
     /// Its origin: `cost 2`, `limit 1`, `curve 3`, counted from 1, or `robot` for limits of the model.
     pub of: String,
     /// Its target, if a cost gives one.
     pub target: Option<f64>,
-    /// The least and the most that it may be; infinite on a side without a limit.
+    /// Its lower and upper limit; infinite on a side without a limit.
     pub limits: [f64; 2],
-    /// Whether it depends on the control, so that it has no value at the end.
+    /// Whether it depends on the control, so that it has no value at the final step.
     pub depends_on_control: bool,
 }
 

@@ -13,8 +13,8 @@
 //! | a number, a parameter or an expression in its place | [`Value`], [`Names`], [`Parameters`](parameters::Parameters) |
 //! | quantities: with noise a sensor, with a target a cost, with bounds a limit, over time a curve | [`quantity`], [`cost::Cost`], [`followed`] |
 //! | covariances of initial state, process and measurement | [`NoiseModel`](noise::NoiseModel), [`Covariance`](noise::Covariance) |
-//! | built-in models, and the couplings of robots | [`TwoMass`], [`Linear`], [`Robot`](model::Robot), [`coupling`] |
-//! | all kinds that task files may name, those of other crates too | [`Kinds`] |
+//! | built-in models, and compliance elements of robots | [`TwoMass`], [`Linear`], [`Robot`](model::Robot), [`coupling`] |
+//! | all kinds that task files may name, including those of other crates | [`Kinds`] |
 //! | parsed files with errors that name file, line and key | [`Document`](document::Document), [`FileError`] |
 //!
 //! # A model and its parameters

@@ -1,4 +1,4 @@
-//! Limits of the real robot that a plan violates.
+//! Violations of the real robot's limits by a plan.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,22 +8,22 @@ use crate::{Limit, Limited};
 /// A limit of a state or control that a plan violates.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct LimitViolation {
-    /// What is limited, for people: ``velocity of joint `elbow` ``.
+    /// Description of the limited quantity for messages: ``velocity of joint `elbow` ``.
     pub name: String,
     /// The value furthest outside the limit, in the unit of the state or control.
     pub worst: f64,
-    /// The limit, in the same unit: the upper one where `worst` is above it, the lower one where it is below.
+    /// The limit, in the same unit: the upper one if `worst` is above it, the lower one if it is below.
     pub limit: f64,
     /// The first step at which the value is `worst`: states at 0 to N, controls at 0 to N - 1.
     pub step: usize,
-    /// At how many steps the value is outside.
+    /// Number of steps at which the value is outside the limits.
     pub steps: usize,
 }
 
 /// How far outside a limit a value may be, relative to 1 plus the limit, to allow for rounding of values held at it.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
-/// The limits that a trajectory violates, in their order; the upper and the lower side of one limit count as two.
+/// The limits that a trajectory violates, in the order of `limits`; the upper and the lower side of one limit count as two.
 #[must_use]
 pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitViolation> {
     let of_limit = |limit: &Limit| {

@@ -18,7 +18,7 @@ pub struct OwnCost {
     pub convex: bool,
 }
 
-/// Where a model is evaluated.
+/// The point at which a model is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct Point<'a, S> {
     /// State.
@@ -45,7 +45,7 @@ impl<S: Scalar> Point<'_, S> {
 pub const FRAME_SIGNALS: [&str; 18] =
     ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz", "vx", "vy", "vz", "wx", "wy", "wz"];
 
-/// The number of signals of this many frames.
+/// The total number of signals for this many frames.
 #[must_use]
 pub const fn frame_signals(frames: usize) -> usize {
     frames * FRAME_SIGNALS.len()
@@ -91,7 +91,7 @@ pub enum Sensed {
         /// The reference orientation, at which the rotation is 0.
         reference: [[f64; 3]; 3],
     },
-    /// Something that cannot be measured.
+    /// A sensor that is not supported.
     Nothing {
         /// Its line in the file.
         line: usize,
@@ -102,8 +102,8 @@ pub enum Sensed {
 
 /// A robot and its environment in discrete time: `x+ = f(x, u; phi) + w`, `y = g(x; phi) + v`.
 ///
-/// One `impl` with the physics is all a new model needs: it is recorded once, and derivatives of every order come from
-/// the record. Do not branch on values; use [`Scalar::select`].
+/// A new model only needs one `impl` with the physics: it is recorded once, and derivatives of all orders are taken from
+/// the recording. Do not branch on values; use [`Scalar::select`].
 ///
 /// ```
 /// use supple_model::{Dimensions, Model, Point, Scalar, Value};
@@ -245,12 +245,12 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Names of the states, by which tasks select them: `x1`, `x2`... unless said otherwise.
+    /// Names of the states, by which tasks select them: `x1`, `x2`... by default.
     fn state_names(&self) -> Vec<String> {
         (1..=self.dimensions().states).map(|i| format!("x{i}")).collect()
     }
 
-    /// What the numbers of state, control and measurement are, for people.
+    /// Names and units of the states, controls and measurements.
     fn channels(&self) -> Channels {
         Channels::plain(self.state_names(), self.dimensions())
     }

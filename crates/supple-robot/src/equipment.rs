@@ -13,9 +13,9 @@ use crate::Pose;
 /// with the control `u` and the numbers of its [`Law`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
-    /// Its name, unlike that of any other actuator; that of its joint where the file gives none.
+    /// Its name, unique among actuators; the name of its joint if the file gives none.
     pub name: String,
-    /// Index of the joint that it drives, which moves and follows no other.
+    /// Index of the joint that it drives, which is not fixed and follows no other joint.
     pub joint: usize,
     /// Length per unit of joint position, and joint torque per unit of force; not 0.
     pub gear: f64,
@@ -88,7 +88,7 @@ impl Law {
 /// A sensor of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
-    /// Its name, unlike that of any other sensor.
+    /// Its name, unique among sensors.
     pub name: String,
     /// What it measures.
     pub measures: Measured,
@@ -129,7 +129,7 @@ impl Measured {
 /// An actuator or a sensor of the file that cannot be modelled.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Omitted {
-    /// What it is: `actuator` or `sensor`.
+    /// Which of the two it is: `actuator` or `sensor`.
     pub what: &'static str,
     /// Its name.
     pub name: String,
@@ -147,7 +147,7 @@ impl Omitted {
 /// A keyframe: a state of the robot with a name, and controls for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// Its name, unlike that of any other key; `keyN` with its number from 0 where the file gives none.
+    /// Its name, unique among keyframes; `keyN`, numbered from 0, if the file gives none.
     pub name: String,
     /// Position of every joint of [`Robot::joints`](crate::Robot::joints), rad or m; 0 for those that are fixed.
     pub positions: Vec<f64>,
@@ -163,11 +163,11 @@ pub struct Key {
 /// A plane or a box of the environment, which does not move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
-    /// Its name, unlike that of any other wall.
+    /// Its name, unique among walls.
     pub name: String,
     /// What it is.
     pub shape: WallShape,
-    /// Where it is in the world: the centre of a box; a point of a plane, whose normal is z.
+    /// Its pose in the world. The origin is the centre of a box, or a point of a plane, whose normal is z.
     pub pose: Pose,
     /// Line in the file.
     pub line: usize,

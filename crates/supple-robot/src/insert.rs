@@ -8,7 +8,7 @@ use crate::{Inertia, Joint, JointKind, Link, Measured, Pose, Robot};
 /// The motion of an inserted joint: a translation along an axis of its frame, or a rotation about one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InsertedAxis {
-    /// Its name after that of the insert: `x` gives the joint `NAME_x`.
+    /// Suffix of the joint's name: with `x`, the joint of insert `NAME` is called `NAME_x`.
     pub name: &'static str,
     /// Whether it slides or turns.
     pub kind: JointKind,
@@ -33,11 +33,11 @@ impl InsertedAxis {
 /// Joints to insert, one after the other.
 #[derive(Clone, Debug)]
 pub struct Insert {
-    /// Name of the link beyond the joints; they are `NAME_x` and so on, and links between them `NAME_x_side`.
+    /// Name of the link beyond the joints. The joints are named `NAME_x` and so on, and links between them `NAME_x_side`.
     pub name: String,
     /// The link that they are mounted on.
     pub link: usize,
-    /// Where in that link: the axes are those of this frame.
+    /// The mount's frame in that link; the axes are given in this frame.
     pub pose: Pose,
     /// The joints, the first one nearest to the link; at least one.
     pub axes: Vec<InsertedAxis>,
@@ -102,7 +102,7 @@ impl Robot {
         robot.sorted()
     }
 
-    /// The same robot with every link after its parent, otherwise in the order that they have.
+    /// The same robot with every link after its parent, otherwise in their present order.
     fn sorted(mut self) -> Self {
         let count = self.links.len();
         let mut children = vec![Vec::new(); count];

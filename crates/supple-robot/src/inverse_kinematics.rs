@@ -89,7 +89,7 @@ impl Reached {
 /// and then from others within the limits, until one succeeds.
 ///
 /// # Panics
-/// Where a list has not one entry by degree of freedom, or there is no such link.
+/// If a list does not have one entry per degree of freedom, or there is no such link.
 #[must_use]
 pub fn inverse_kinematics(tree: &Tree, numbers: &Numbers<f64>, goal: &PoseGoal, reach: &Reach) -> Reached {
     let search = Search { tree, numbers, goal, reach };
@@ -131,7 +131,7 @@ impl Search<'_> {
         q
     }
 
-    /// A deterministic start for each number: points of a Halton sequence, which fills the limits evenly.
+    /// A deterministic start for each number: a point of a Halton sequence, which covers the range within the limits evenly.
     fn start(&self, number: usize) -> Vec<f64> {
         let Reach { lower, upper, .. } = self.reach;
         let turns = self.tree.bodies().iter();

@@ -14,7 +14,7 @@ pub struct Numbers<S> {
     pub links: Vec<LinkNumbers<S>>,
     /// By joint of the robot.
     pub joints: Vec<JointNumbers<S>>,
-    /// Acceleration by gravity in the world, m/s^2.
+    /// Gravitational acceleration in the world, m/s^2.
     pub gravity: [S; 3],
 }
 

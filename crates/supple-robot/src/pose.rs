@@ -122,15 +122,15 @@ impl Pose {
     pub const IDENTITY: Self =
         Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], position: [0.0; 3] };
 
-    /// Over any scalar.
+    /// The same pose over any scalar.
     #[inline(always)]
     pub fn cast<S: Scalar>(&self) -> Pose<S> {
         let [a, b, c] = self.rotation;
         Pose { rotation: [constants(a), constants(b), constants(c)], position: constants(self.position) }
     }
 
-    /// At `position`, turned about the fixed axes x, y, z by roll, pitch and yaw in radians:
-    /// `R = R_z(yaw) R_y(pitch) R_x(roll)`, as URDF and SDF mean it.
+    /// The pose at `position`, rotated about the fixed axes x, y, z by roll, pitch and yaw in radians:
+    /// `R = R_z(yaw) R_y(pitch) R_x(roll)`, as URDF and SDF define it.
     ///
     /// Rounding errors near 0 and 1, such as the cosine 6e-17 of a right angle, are removed.
     pub fn from_rpy(position: [f64; 3], rpy: [f64; 3]) -> Self {

@@ -18,7 +18,7 @@ pub struct Robot {
     pub joints: Vec<Joint>,
     /// Named frames besides those of the links: MJCF sites, SDF frames.
     pub frames: Vec<Frame>,
-    /// Gravity that the file asks for, m/s^2 in the world; `None` if the format has none.
+    /// Gravity specified by the file, m/s^2 in the world; `None` if the format has none.
     pub gravity: Option<[f64; 3]>,
     /// Actuators at joints, in the order of the file; only MJCF files have them.
     pub actuators: Vec<Actuator>,
@@ -41,7 +41,7 @@ pub struct Robot {
 /// A rigid body.
 #[derive(Clone, Debug)]
 pub struct Link {
-    /// Its name, unlike that of any other link.
+    /// Its name, unique among links.
     pub name: String,
     /// Its inertia; `None` if the file gives none.
     pub inertia: Option<Inertia>,
@@ -77,7 +77,7 @@ pub struct Inertia {
 /// Kinds of motion that a joint allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Nothing.
+    /// No motion.
     Fixed,
     /// Turn about the axis, within limits.
     Revolute,
@@ -94,9 +94,9 @@ pub enum JointKind {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Joint {
-    /// Its name, unlike that of any other joint.
+    /// Its name, unique among joints.
     pub name: String,
-    /// What it lets its child do.
+    /// The motion that it allows.
     pub kind: JointKind,
     /// Index of the parent link.
     pub parent: usize,

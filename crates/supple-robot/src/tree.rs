@@ -19,7 +19,7 @@ pub struct Tree {
     masters: Vec<usize>,
 }
 
-/// What a body does at its joint.
+/// The motion of a body at its joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Turns about the axis.
@@ -31,7 +31,7 @@ pub enum Motion {
 /// A moving body and its joint.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// Index of its parent body, which is less than its own; `None` if that is the world.
+    /// Index of its parent body, which is less than its own; `None` if its parent is the world.
     pub parent: Option<usize>,
     /// Index of its joint in the robot.
     pub joint: usize,
@@ -41,7 +41,7 @@ pub struct Body {
     pub dof: usize,
     /// Ratio of its joint's position to that of the degree of freedom: 1 except for joints that follow another.
     pub ratio: f64,
-    /// Position of its joint where the degree of freedom is at 0, rad or m.
+    /// Position of its joint when the degree of freedom is at 0, rad or m.
     pub offset: f64,
     /// Position at which its joint's moved frame coincides with the joint's frame, rad or m.
     pub reference: f64,

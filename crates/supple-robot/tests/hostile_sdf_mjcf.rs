@@ -135,7 +135,7 @@ fn long_sdf_models_are_read_soon() {
     };
     soon(&chain(10_000, far)).unwrap();
     let error = soon(&chain(10_000, |i| format!("l{}", (i + 1) % 10_000))).unwrap_err();
-    assert!(error.contains("frames are placed relative to each other in a circle: `l"), "{error}");
+    assert!(error.contains("frames are placed relative to each other in a cycle: `l"), "{error}");
     let error = soon(&chain(20_001, before)).unwrap_err();
     assert!(error.ends_with("a robot has at most 20000 links"), "{error}");
     let frames: String = (0..50_000).map(|i| format!("<frame name='f{i}' attached_to='f{}'/>\n", i + 1)).collect();

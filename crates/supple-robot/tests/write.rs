@@ -139,7 +139,7 @@ fn what_cannot_be_written_is_named() {
     let written = mjcf(&robot);
     assert!(written.text.contains("name=\"arm &lt;1&gt;\""), "{}", written.text);
     let warnings = written.warnings.join("\n");
-    assert!(warnings.contains("joint `a`: MJCF has no limit of speed, 2"), "{warnings}");
+    assert!(warnings.contains("joint `a`: MJCF has no speed limit; 2 is left out"), "{warnings}");
     assert!(warnings.contains("link `bare` moves and has no mass and no moments of inertia"), "{warnings}");
     assert!(written.text.contains("mass=\"1e-9\" diaginertia=\"1e-12 1e-12 1e-12\""), "{}", written.text);
     assert_eq!(again(&robot).link("arm <1>").map(|link| link > 0), Some(true));

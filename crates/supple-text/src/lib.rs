@@ -143,7 +143,7 @@ thread_local! {
     static TEXTS: RefCell<HashMap<String, String>> = RefCell::default();
 }
 
-/// Runs `work` on this thread with these texts in place of the files at their paths, as when another machine read them.
+/// Runs `work` on this thread with these texts in place of the files at their paths, such as texts read on another machine.
 pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: impl FnOnce() -> T) -> T {
     /// Restores the previous texts, even if `work` panics.
     struct Before(HashMap<String, String>);

@@ -1,4 +1,4 @@
-//! What designs minimise: the information needed, used and measured, and its gradient.
+//! The objective of a design: the information needed, used and measured, and its gradient.
 
 use supple_kernels::Matrices;
 use supple_lqg::Partials;
@@ -14,14 +14,14 @@ use crate::plan::Plan;
 use crate::problem::Task;
 use crate::settings::InformationWeights;
 
-/// The share of what a plan pays for not knowing the state that is left to keep where the limit leaves less.
+/// Smallest budget for needed information, as a share of the plan's estimation-error cost; used if the limit leaves less.
 const LEAST_SHARE: f64 = 0.05;
 
-/// What an expected cost may be at most.
+/// An upper limit on an expected cost.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Limit {
     pub value: f64,
-    /// Its derivative by each parameter that it depends on.
+    /// Its derivative with respect to each parameter it depends on.
     pub slopes: Vec<(usize, f64)>,
 }
 
@@ -33,19 +33,19 @@ impl Limit {
     }
 }
 
-/// What the covariances of the needed information may cost: `D - J*`.
+/// Cost budget for estimation errors when computing the needed information: `D - J*`.
 enum Budget {
-    /// What a limit leaves of it.
+    /// What remains below the cost limit.
     Limited,
-    /// A share of what the plan pays itself.
+    /// A share of the plan's own estimation-error cost.
     Share(f64),
 }
 
-/// The information of an evaluated plan by its weights, nats, and its total gradient by all parameters: needed at the task's
-/// bound, or at the plan's own expected cost where there is none (theory, section L, in designs).
+/// Weighted information of an evaluated plan, in nats, and its total gradient with respect to all parameters. The needed
+/// part is computed at the task's bound or, if it has none, at the plan's own expected cost (theory, section L, in designs).
 ///
 /// # Errors
-/// Where the minimum was not found, or the plan is no strict local optimum.
+/// If the minimum was not found, or the plan is not a strict local optimum.
 pub fn weighted_information(
     task: &Task,
     phi: &[f64],
@@ -57,10 +57,10 @@ pub fn weighted_information(
     information_within((task, phi), (weights, limit.as_ref()), state, out)
 }
 
-/// As [`weighted_information`], with a limit of its own.
+/// Like [`weighted_information`], but with the given limit.
 ///
 /// # Errors
-/// As those.
+/// Same as for [`weighted_information`].
 pub(crate) fn information_within(
     (task, phi): (&Task, &[f64]),
     (weights, limit): (InformationWeights, Option<&Limit>),
@@ -88,7 +88,7 @@ pub(crate) fn information_within(
             match budget {
                 Budget::Limited => {
                     by_limit = needed * of.cost;
-                    // By the least cost: the negative of that by the limit.
+                    // The derivative with respect to the least cost is minus the one with respect to the limit.
                     (nominal, functional.process, functional.initial) = (-by_limit, -by_limit, -by_limit);
                 }
                 Budget::Share(share) => functional.belief = needed * of.cost * share,
@@ -108,11 +108,11 @@ pub(crate) fn information_within(
     Ok(sum)
 }
 
-/// The expected cost of a task of which nothing is ever measured, and its total gradient by all parameters: no information
-/// is needed where that is within the limit.
+/// Expected cost of a task when nothing is ever measured, and its total gradient with respect to all parameters. If it is
+/// within the limit, no information is needed.
 ///
 /// # Errors
-/// Where there is no law of least cost along the plan, or it is no strict local optimum.
+/// If no least-cost control law exists along the plan, or the plan is not a strict local optimum.
 pub(crate) fn cost_without_measurements(
     (task, phi): (&Task, &[f64]),
     state: &mut TaskState,
@@ -129,7 +129,7 @@ pub(crate) fn cost_without_measurements(
     Ok(found.cost)
 }
 
-/// The least information at the limit, or at what the plan costs itself where there is none.
+/// The minimum information at the limit or, without a limit, at the plan's own expected cost.
 fn needed_information(limit: Option<&Limit>, state: &mut TaskState) -> Result<(Needed, Budget), Error> {
     let own = state.cost.belief;
     let limited = limit.map(|limit| limit.value - (state.cost.expected() - own));
@@ -141,20 +141,20 @@ fn needed_information(limit: Option<&Limit>, state: &mut TaskState) -> Result<(N
     Ok((needed_beyond(asked, state)?, budget))
 }
 
-/// The least information at an expected cost that is so much above the least.
+/// The minimum information at an expected cost of `budget` above the least possible.
 ///
 /// # Errors
-/// Where there is no law of least cost along the plan, or the minimum was not found.
+/// If no least-cost control law exists along the plan, or the minimum was not found.
 fn needed_beyond(budget: f64, state: &mut TaskState) -> Result<Needed, Error> {
     Ok(Needed::of(&horizon_of(state)?, budget, &mut state.nearby)?)
 }
 
-/// The horizon of a plan, whose costs count from the least.
+/// The horizon of a plan, with costs counted relative to the least cost.
 fn horizon_of(state: &TaskState) -> Result<Horizon, Error> {
     Ok(Horizon { base_cost: 0.0, ..horizon_of_plan(&state.plan, &state.noise)? })
 }
 
-/// Adds derivatives by what a horizon is made of, `A`, `W`, `X_0` and `Theta`, times a weight.
+/// Adds derivatives with respect to the components of a horizon, `A`, `W`, `X_0` and `Theta`, times a weight.
 fn add_horizon(partials: &mut Partials, [dynamics, process, initial, prices]: [&Matrices; 4], weight: f64) {
     add_scaled(&mut partials.dynamics, dynamics, weight);
     add_scaled(&mut partials.process, process, weight);

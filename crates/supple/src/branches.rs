@@ -1,4 +1,4 @@
-//! Local minima of the nominal problem: contact makes many, one for each order of bounces.
+//! Local minima of the nominal problem; contact creates many, one for each sequence of bounces.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -13,7 +13,7 @@ use crate::pipeline::TaskState;
 use crate::plan::{Patience, Plan};
 use crate::problem::{Problem, Task};
 
-/// Factors by which a constant first guess is scaled to find the plan of least cost.
+/// Factors by which a constant first guess is scaled when searching for the plan of least cost.
 const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 
 /// Plans a task as [`best_plan`] does, without a neighbour.
@@ -24,16 +24,16 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
     best_plan(problem, task, phi, None, state)
 }
 
-/// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess, and where that is one
-/// constant row, from multiples of it too; where there are contacts to be found or friction to be overcome, from a plan that
-/// approached them; and from the controls of a `neighbour` where they are given, such as those of the plan at a design nearby.
+/// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess; if that is one constant row,
+/// also from multiples of it; if there are contacts to make or friction to overcome, also from a plan that has
+/// approached them; and, if given, from the controls of a `neighbour`, such as those of the plan at a nearby design.
 ///
-/// Keeps the converged plan of least nominal cost; that from the neighbour only where it is on another, cheaper branch, so
-/// that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that did not converge but is
-/// cheaper is mentioned in [`Plan::passed_over`](crate::plan::Plan::passed_over).
+/// Keeps the converged plan of least nominal cost, but the one from the neighbour only if it is on another, cheaper
+/// branch, so that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that is cheaper but did
+/// not converge is recorded in [`Plan::passed_over`](crate::plan::Plan::passed_over).
 ///
 /// # Errors
-/// Where nothing leads to a finite plan, or a covariance is indefinite.
+/// If no start leads to a finite plan, or a covariance is indefinite.
 pub fn best_plan(
     problem: &Problem,
     task: &Task,
@@ -56,7 +56,7 @@ pub fn best_plan(
             state,
         );
     }
-    // Friction alone makes no branches that are worth another plan.
+    // Friction alone does not create branches that would justify another plan.
     if candidates.converged.is_none() || state.has_to_approach(task, phi) {
         for &factor in factors {
             candidates.plan((problem, task), phi, Start::of(&task.guess(phi, factor)), state);
@@ -82,7 +82,7 @@ pub fn best_plan(
 struct Start<'a> {
     controls: &'a Matrices,
     patience: Patience,
-    /// Iterations that it took to find these controls.
+    /// Iterations already spent to find these controls.
     before: usize,
     /// How much cheaper than the others the plan must be to be kept.
     margin: f64,
@@ -94,19 +94,19 @@ impl<'a> Start<'a> {
     }
 }
 
-/// The best of the plans from several guesses, and why the first of those without one has none.
+/// The best of the plans from several guesses, and the error of the first guess that led to no plan.
 #[derive(Default)]
 struct Candidates {
-    /// The cheapest that converged.
+    /// The cheapest plan that converged.
     converged: Option<Plan>,
-    /// The cheapest of the others.
+    /// The cheapest plan that did not converge.
     other: Option<Plan>,
     error: Option<Error>,
 }
 
 impl Candidates {
-    /// Plans from some controls. Once planning is late
-    /// nothing is tried any more but a first plan.
+    /// Plans from the given controls. After the planning deadline it does
+    /// so only if there is no plan yet.
     fn plan(&mut self, (problem, task): (&Problem, &Task), phi: &[f64], start: Start, state: &mut TaskState) {
         if state.is_late() && (self.converged.is_some() || self.other.is_some()) {
             return;
@@ -123,7 +123,7 @@ impl Candidates {
         self.keep(&state.plan, start.margin);
     }
 
-    /// Keeps a plan where it is cheaper than the others of its kind by the margin.
+    /// Keeps a plan if it is cheaper, by the margin, than the best so far of its kind (converged or not).
     fn keep(&mut self, plan: &Plan, margin: f64) {
         let best = if plan.status.is_converged() { &mut self.converged } else { &mut self.other };
         let cost = plan.objective;
@@ -133,7 +133,7 @@ impl Candidates {
         }
     }
 
-    /// The one to keep: it says what a cheaper one costs that did not converge.
+    /// The plan to keep; it records the cost of a cheaper plan that did not converge.
     fn choose(self) -> Result<Plan, Error> {
         let (Some(mut kept), other) = (self.converged, &self.other) else {
             let error = self.error.unwrap_or(Error::NotFinite { what: "the first guess", step: 0 });
@@ -145,20 +145,20 @@ impl Candidates {
     }
 }
 
-/// By how much cheaper, relatively, a plan that did not converge must be to be mentioned.
+/// Relative cost difference from which a cheaper plan that did not converge is reported.
 const CHEAPER: f64 = 1e-3;
 
-/// How often other local minima of a plan are searched for; not at all by default.
+/// Attempts to find other local minima of the nominal problem; none by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Attempts {
-    /// How many plans are tried from disturbed controls.
+    /// How many plans are tried from perturbed controls.
     pub count: usize,
-    /// The seed of the disturbances.
+    /// The seed of the perturbations.
     pub seed: u64,
 }
 
-/// Plans a task at a design: from given controls, or else from the best of its first guesses; then, with attempts to
-/// find other local minima, on the cheapest branch seen. Returns how many were seen, where they were searched for.
+/// Plans a task at a design: from given controls, or else from the best of its first guesses; then, if there are attempts to
+/// find other local minima, on the cheapest branch found. Returns the number of minima if there was such a search.
 ///
 /// # Errors
 /// Where no guess leads to a finite plan.
@@ -189,15 +189,15 @@ pub fn plan_at(
     Ok(Some(found.count))
 }
 
-/// How a branch search is made.
+/// Options of a branch search.
 #[derive(Clone, Copy)]
 pub(crate) struct BranchSearch<'a> {
     /// Seed of the attempts.
     pub seed: u64,
-    /// Attempts at most.
+    /// Maximum number of attempts.
     pub attempts: usize,
-    /// Attempts that find nothing new end once they took as many iterations, such as those of the search that this one
-    /// follows.
+    /// The search ends once a batch finds nothing new and all attempts took this many iterations, for example as many as the
+    /// preceding search took.
     pub effort: usize,
     /// Whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
@@ -205,7 +205,7 @@ pub(crate) struct BranchSearch<'a> {
 
 /// What a branch search found for one task.
 pub(crate) struct Branches {
-    /// How many different local minima were seen, the given one included.
+    /// Number of different local minima found, including the given one.
     pub count: usize,
     /// Controls of the one with the least expected cost.
     pub controls: Matrices,
@@ -214,10 +214,10 @@ pub(crate) struct Branches {
 }
 
 /// Searches for other local minima of a task's nominal problem at a design, by continuation: plans at random designs
-/// from random multiples of the first guess, each continued to the design in small steps; where contacts are to be found,
-/// every other one from a plan that approached them. Deterministic in the seed, whatever the number of threads.
+/// from random multiples of the first guess, each continued to the design in small steps; if there are contacts to make,
+/// every other attempt starts from a plan that approached them. Deterministic in the seed, whatever the number of threads.
 ///
-/// Where it is stopped, it returns what was found until then.
+/// If stopped, it returns what was found so far.
 pub(crate) fn search_branches(
     (problem, task): (&Problem, &Task),
     phi: &[f64],
@@ -264,19 +264,19 @@ pub(crate) fn search_branches(
     branches
 }
 
-/// Attempts of a branch search that are made at once; how many does not depend on the number of threads.
+/// Attempts of a branch search that are run in parallel; this does not depend on the number of threads.
 const BATCH: usize = 8;
 
 /// Costs closer than this, relatively, belong to one branch.
 const SAME_BRANCH: f64 = 1e-7;
 
-/// The box is so many times as wide as the reach of branch searches.
+/// Width of the parameter box relative to the reach of branch searches.
 const REACHES: f64 = 3.0;
 
-/// Plans of designs up to this far away, in scaled coordinates, are continued to a design in search of cheaper branches.
+/// Branch searches continue plans to a design only from designs at most this far away, in scaled coordinates.
 pub(crate) const AROUND: f64 = 1.0 / REACHES;
 
-/// Whether a cost is below another by so much that it belongs to another branch.
+/// Whether a cost is so far below another that it belongs to another branch.
 pub(crate) fn is_cheaper(cost: f64, than: f64) -> bool {
     cost < than - SAME_BRANCH * (1.0 + than.abs())
 }
@@ -310,9 +310,9 @@ fn attempt_branch(
     Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
 }
 
-/// Controls to plan from at a design, by a number in [0, 1): multiples of the first guess of a task; where it has none,
-/// the controls that hold the first state, and multiples of what the plan at another design, which is given, deviates from
-/// them. Such controls may be positions, of which multiples would be far away.
+/// Controls to plan from at a design, chosen by a number in [0, 1): multiples of the first guess of a task; if it has none,
+/// the controls that hold the first state, plus multiples of the deviation of a given plan at another design from
+/// its own holding controls. Such controls may be positions, and multiples of positions would be far away.
 fn disturbed_guess(task: &Task, (phi, given): (&[f64], &Matrices), source: &[f64], number: f64) -> Matrices {
     if !task.initial_control.is_empty() {
         return task.guess(source, math::exp(number * 1.8));

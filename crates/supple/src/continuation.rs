@@ -8,8 +8,8 @@ use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
 
-/// The design parameters as the search moves them: each from 0 at its lower bound to 1 at its upper one, linearly or
-/// in the logarithm.
+/// The design parameters in the search's coordinates: each from 0 at its lower bound to 1 at its upper one, linear or
+/// logarithmic.
 #[derive(Clone, Debug)]
 pub(crate) struct Scaling {
     /// Indices of the design parameters.
@@ -30,7 +30,7 @@ impl Scaling {
         self.indices.iter().zip(&self.list).map(one).collect()
     }
 
-    /// `phi` with the design parameters at scaled coordinates, cut to their bounds.
+    /// `phi` with the design parameters at scaled coordinates, clipped to their bounds.
     pub fn unscaled(&self, phi: &[f64], scaled: &[f64]) -> Vec<f64> {
         let mut phi = phi.to_vec();
         for ((&index, (scale, bounds)), &share) in self.indices.iter().zip(&self.list).zip(scaled) {
@@ -39,7 +39,7 @@ impl Scaling {
         phi
     }
 
-    /// A gradient by the scaled coordinates, from one by all parameters at `phi`.
+    /// A gradient with respect to the scaled coordinates, from one with respect to all parameters at `phi`.
     pub fn gradient(&self, phi: &[f64], by_parameter: &[f64]) -> Vec<f64> {
         let one = |(&index, &(scale, bounds)): (&usize, &(Scale, [f64; 2]))| {
             scale.slope(bounds, phi[index], by_parameter[index])
@@ -47,15 +47,15 @@ impl Scaling {
         self.indices.iter().zip(&self.list).map(one).collect()
     }
 
-    /// The slope at `phi` along the way from one place to another in scaled coordinates, all of it, from a gradient by all
-    /// parameters.
+    /// The slope at `phi` per whole segment between two points in scaled coordinates, from a gradient with
+    /// respect to all parameters.
     pub fn slope_along(&self, (start, end): (&[f64], &[f64]), phi: &[f64], by_parameter: &[f64]) -> f64 {
         let slopes = self.gradient(phi, by_parameter);
         slopes.iter().zip(start.iter().zip(end)).map(|(slope, (a, b))| slope * (b - a)).sum()
     }
 }
 
-/// The place at a share of the way from one to another, in scaled coordinates.
+/// The point at a fraction of the way from one to another, in scaled coordinates.
 pub(crate) fn between(start: &[f64], end: &[f64], share: f64) -> Vec<f64> {
     start.iter().zip(end).map(|(a, b)| a + share * (b - a)).collect()
 }
@@ -63,7 +63,7 @@ pub(crate) fn between(start: &[f64], end: &[f64], share: f64) -> Vec<f64> {
 /// Continuation steps are at most this long in scaled coordinates, so that a plan stays on its branch.
 const CONTINUATION_STEP: f64 = 0.04;
 
-/// A plan that could not be made on the way to a design.
+/// A plan that could not be computed on the way to a design.
 pub(crate) struct Failed {
     /// All parameters where it failed.
     phi: Vec<f64>,
@@ -71,18 +71,18 @@ pub(crate) struct Failed {
 }
 
 impl Failed {
-    /// Why, with what to do about it where the time step is too large.
+    /// The reason, with advice if the time step is too large.
     pub fn explain(self, task: &Task, state: &TaskState) -> Error {
         explain(task, &self.phi, self.error, &state.plan.trajectory)
     }
 
-    /// Why, as quickly as can be told.
+    /// The reason, without the analysis that `explain` makes.
     pub fn error(self) -> Error {
         self.error
     }
 }
 
-/// How far two designs are from one another in the parameter that differs most, in scaled coordinates.
+/// The largest difference between two designs in any parameter, in scaled coordinates.
 pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }

@@ -1,4 +1,4 @@
-//! The controller of a plan as something that runs: a linear, time-varying filter and control law around the plan.
+//! The executable controller of a plan: a linear, time-varying filter and control law around the plan.
 
 use supple_kernels::rows::dot;
 use supple_kernels::{Matrices, Scratch};
@@ -24,15 +24,15 @@ use crate::problem::Task;
 /// d <- d + L_t (y_t - ybar_t - C_t d)     u_t = clip(ubar_t + k_t + K_t d)     d <- A_t d + B_t (u_t - ubar_t)
 /// ```
 ///
-/// Nothing in it is nonlinear but the clip. Roll-outs run an *extended* filter instead, which linearises at its estimates:
-/// where the system is linear and its noise does not vary with the state, both give the same controls.
+/// The clip is its only nonlinearity. Roll-outs run an *extended* filter instead, which linearises at its estimates:
+/// if the system is linear and its noise does not vary with the state, both give the same controls.
 #[derive(Clone, Debug)]
 pub struct Controller {
     /// Lengths of state, control and measurement.
     pub dimensions: Dimensions,
     /// The plan: `xbar`, N + 1 of n, and `ubar`, N of m.
     pub trajectory: Trajectory,
-    /// `ybar`, what the plan's states measure, N + 1 of p.
+    /// `ybar`, the measurements expected at the plan's states, N + 1 of p.
     pub expected: Matrices,
     /// Feedforward `k`, N of m.
     pub feedforward: Matrices,
@@ -54,25 +54,25 @@ pub struct Controller {
     pub bounds: Option<ControlBounds>,
 }
 
-/// A controller on its way: what it remembers from one step to the next.
+/// The run-time state of a controller: what it carries from one step to the next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerRun {
     /// The step whose measurement comes next; N once the plan is over.
     pub step: usize,
-    /// The state at the last measurement as estimated with it, n; before the first one, the plan's first state.
+    /// The state at the last measurement, estimated with that measurement, n; before the first one, the plan's first state.
     pub estimate: Vec<f64>,
     /// The controls of the last step, m; zeros before the first one.
     pub controls: Vec<f64>,
     /// `d` as predicted for the next measurement, n.
     deviation: Vec<f64>,
-    /// The same after the measurement.
+    /// `d` after the measurement, n.
     corrected: Vec<f64>,
     /// `y - ybar - C d`, p.
     innovation: Vec<f64>,
 }
 
 impl Controller {
-    /// That of a plan of a task at the parameters `phi`.
+    /// The controller of a task's plan at the parameters `phi`.
     ///
     /// # Errors
     /// Where the linearisation is not finite or a covariance is indefinite.
@@ -81,10 +81,10 @@ impl Controller {
         Self::along(task, phi, plan.trajectory.clone(), feedforward, feedback)
     }
 
-    /// That of a trajectory with a control law: feedforward `k`, N of m, and feedback `K`, N of m x n.
+    /// The controller of a trajectory with a control law: feedforward `k`, N of m, and feedback `K`, N of m x n.
     ///
     /// # Errors
-    /// Where a length is not the task's, the linearisation is not finite, or a covariance is indefinite.
+    /// If a length does not match the task, the linearisation is not finite, or a covariance is indefinite.
     pub fn along(
         task: &Task,
         phi: &[f64],
@@ -148,7 +148,7 @@ impl Controller {
         self.trajectory.steps()
     }
 
-    /// A run before its first measurement.
+    /// A new run, before its first measurement.
     pub fn start(&self) -> ControllerRun {
         let Dimensions { states, controls, measurements, .. } = self.dimensions;
         ControllerRun {
@@ -163,10 +163,10 @@ impl Controller {
 
     /// Takes in the measurement `y` of the next step, p numbers, and computes the step's controls; allocates nothing.
     ///
-    /// After N steps the plan is over: from then on it gives `false` and changes nothing.
+    /// After N steps the plan is over: the method then returns `false` and changes nothing.
     ///
     /// # Errors
-    /// Where `y` has another length or is not finite; the run is then as it was before.
+    /// If `y` has the wrong length or is not finite; the run is then unchanged.
     pub fn step(&self, run: &mut ControllerRun, y: &[f64]) -> Result<bool, Error> {
         let p = self.dimensions.measurements;
         if y.len() != p {
@@ -195,7 +195,7 @@ impl Controller {
         Ok(true)
     }
 
-    /// From `d` before the measurement of step `t` to `d` with it; `innovation` receives `y - ybar - C d`.
+    /// Computes `d` after the measurement of step `t` from `d` before it; `innovation` receives `y - ybar - C d`.
     pub(crate) fn correct(
         &self,
         t: usize,
@@ -212,7 +212,7 @@ impl Controller {
         }
     }
 
-    /// From `d` at step `t` under the controls `u` to `d` before the next measurement.
+    /// Predicts `d` before the next measurement from `d` at step `t` under the controls `u`.
     pub(crate) fn predict(&self, t: usize, corrected: &[f64], u: &[f64], next: &mut [f64]) {
         let ubar = self.trajectory.controls.vector(t);
         for (i, next) in next.iter_mut().enumerate() {

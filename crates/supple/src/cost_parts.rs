@@ -10,11 +10,11 @@ use crate::plan::Plan;
 pub struct CostParts {
     /// `sum l_t(xbar, ubar) + l_N(xbar_N)`
     pub nominal: f64,
-    /// `1/2 sum_{t<N} Tr(Xi_t Sigma_t)`: the price of an uncertain belief
+    /// `1/2 sum_{t<N} Tr(Xi_t Sigma_t)`: the cost of estimation errors
     pub belief: f64,
-    /// `1/2 sum_{t<N} Tr(S_{t+1} W_t)`: the price of process noise
+    /// `1/2 sum_{t<N} Tr(S_{t+1} W_t)`: the cost of process noise
     pub process: f64,
-    /// `1/2 Tr(S_0 X_0)`: the price of the unknown start
+    /// `1/2 Tr(S_0 X_0)`: the cost of initial uncertainty
     pub initial: f64,
 }
 
@@ -24,8 +24,8 @@ impl CostParts {
         self.nominal + self.belief + self.process + self.initial
     }
 
-    /// By how much noise as a whole lowers the cost, where that is more than rounding explains: a sign that the cost is not
-    /// convex along the plan, so that its expansion to second order says nothing.
+    /// The amount by which all noise together lowers the cost, if more than rounding: a sign that the cost is not
+    /// convex along the plan, so that its second-order expansion is meaningless.
     pub fn lowered(&self) -> Option<f64> {
         let noise = self.belief + self.process + self.initial;
         (noise < -1e-9 * (1.0 + self.nominal.abs())).then_some(-noise)

@@ -1,4 +1,4 @@
-//! Roll-outs on a plant that is not the task's model, beside those on the model itself.
+//! Roll-outs on a plant that differs from the task's model, alongside roll-outs on the model itself.
 
 use serde::Serialize;
 use supple_model::ContactReport;
@@ -13,15 +13,15 @@ use crate::simulate::{
 };
 use crate::{Error, contact_reports};
 
-/// Roll-outs of one plan, with what each of them came to.
+/// Roll-outs of one plan, with the result of each.
 #[derive(Clone, Debug, Serialize)]
 pub struct Runs {
-    /// All of them together.
+    /// Statistics of all of them.
     #[serde(flatten)]
     pub together: MonteCarlo,
     /// Cost of each; infinite where it diverged.
     pub costs: Vec<f64>,
-    /// Last true state of each, vectors of length n; of no meaning where it diverged.
+    /// Last true state of each, vectors of length n; meaningless if it diverged.
     pub last_states: Rows,
 }
 
@@ -34,7 +34,7 @@ pub struct Elsewhere {
     pub predicted_cost: f64,
     /// Its predicted information, in bits.
     pub predicted_bits: f64,
-    /// What it touches.
+    /// Its contacts.
     pub contacts: Vec<ContactReport>,
     /// On the task's own model.
     pub own: Runs,
@@ -42,11 +42,11 @@ pub struct Elsewhere {
     pub plant: Runs,
 }
 
-/// What is true elsewhere: measurements, costs and contacts of a task with the same states, controls, measurements and
-/// contacts, and the motion of a plant.
+/// The true system elsewhere: measurements, costs and contacts from a task with the same states, controls, measurements
+/// and contacts; motion from a plant.
 #[derive(Clone, Copy)]
 pub struct Other<'a> {
-    /// The task; its noise and costs' targets are those of the task that is rolled out, unless they were changed.
+    /// The task; its noise and the targets of its costs are those of the rolled-out task unless they were changed.
     pub task: &'a Task,
     /// All its parameters.
     pub phi: &'a [f64],
@@ -55,12 +55,12 @@ pub struct Other<'a> {
 }
 
 impl Problem {
-    /// Plans the task of a name at a design, and runs plan and extended Kalman filter on its own model and elsewhere, under
-    /// the same noise: that of the design. Sample i draws from stream i of the seed. The plant is called on one thread, with
+    /// Plans the named task at a design, and runs the plan with an extended Kalman filter on its own model and elsewhere,
+    /// under the noise of the design. Sample i draws from stream i of the seed. The plant is called on one thread, with
     /// all samples at once.
     ///
     /// # Errors
-    /// Where there is no such task, the other one has another size, a number is not finite, or a covariance is indefinite.
+    /// If there is no such task, the other task has a different size, a number is not finite, or a covariance is indefinite.
     pub fn roll_out_elsewhere(
         &self,
         phi: &[f64],

@@ -40,13 +40,13 @@ pub enum Error {
     CostBelowLeast {
         /// The cost asked for.
         cost: f64,
-        /// The least there is.
+        /// The least possible.
         least: f64,
     },
     /// A bound that could not be computed.
     #[error("no certified bound: {what}; {advice}")]
     NoBound {
-        /// What is in the way.
+        /// Why it could not be computed.
         what: String,
         /// What to change.
         advice: &'static str,
@@ -113,23 +113,23 @@ pub enum Error {
         what: &'static str,
         /// The name that was given.
         name: String,
-        /// The names that are there.
+        /// The valid names.
         valid: String,
     },
     /// A name or value that does not fit the parameters.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A kind of plan that cannot be made for a task.
+    /// A kind of plan that cannot be computed for a task.
     #[error("plan = \"{plan}\" {problem}: {advice}")]
     Planning {
         /// The kind of plan, as in a task file.
         plan: &'static str,
-        /// What it cannot do.
+        /// What the kind of plan does not support.
         problem: String,
         /// What to do about it.
         advice: &'static str,
     },
-    /// Total gradients asked for along plans that minimise nothing.
+    /// Total gradients were requested along plans that do not minimise a cost.
     #[error(
         "the total gradient needs plans that minimise a cost: use plan = \"nominal\" or \"belief\", or the gradient \
          `frozen` with plan = \"{plan}\""
@@ -165,13 +165,13 @@ pub enum Error {
         /// The bound on the expected cost.
         bound: f64,
     },
-    /// An error of a computation in another process, in its words.
+    /// An error of a computation in another process, with its message.
     #[error("{0}")]
     Elsewhere(String),
 }
 
 impl Error {
-    /// Whether it is about what was asked for, and not about the numbers of a task.
+    /// Whether the error lies in the request rather than in the numbers of a task.
     pub fn is_of_request(&self) -> bool {
         matches!(
             self,
@@ -185,7 +185,7 @@ impl Error {
         )
     }
 
-    /// Nothing, unless a stop was requested: to be asked between parts of long work.
+    /// An error if a stop was requested; called between parts of long computations.
     pub(crate) fn check_stop() -> Result<(), Self> {
         if halt::is_requested() { Err(Self::Stopped) } else { Ok(()) }
     }

@@ -1,8 +1,8 @@
 //! Whether an expected cost meets its bound, and a price its budget: the one comparison that searches, evaluations, tables,
 //! sweeps and exit codes share.
 
-/// How far above its bound an expected cost may be for the task to count as met, relative to the bound, where
-/// `[design] feasibility` does not say otherwise.
+/// How far above its bound an expected cost may be for the task to count as met, relative to the bound, if
+/// `[design] feasibility` is not set.
 pub const FEASIBILITY: f64 = 1e-6;
 
 /// `(J - D) / |D|`: how far a number is above its bound, relative to it; infinite where it is not a number.
@@ -15,8 +15,8 @@ pub fn violation(value: f64, bound: f64) -> f64 {
     if violation.is_nan() { f64::INFINITY } else { violation }
 }
 
-/// Whether a number is at most its bound, but for a share `feasibility` of it. A number that is not finite meets no bound,
-/// not even where there is none.
+/// Whether a number is at most its bound, with a relative tolerance `feasibility`. A number that is not finite is never
+/// feasible, even without a bound.
 #[must_use]
 pub fn meets(value: f64, bound: Option<f64>, feasibility: f64) -> bool {
     value.is_finite() && bound.is_none_or(|bound| violation(value, bound) <= feasibility)

@@ -1,4 +1,4 @@
-//! Pictures along a plan, put together by subject.
+//! Assembles the pictures along a plan into tracks: one per body, connection, point and wall.
 
 use supple_kernels::Matrices;
 use supple_model::scene::{
@@ -42,7 +42,7 @@ pub(crate) fn film(task: &Task, phi: &[f64], trajectory: &Trajectory, sigma: &Ma
     Some(scene)
 }
 
-/// The steps that are shown: all of 0 to N, or [`MOST_FRAMES`] of them, evenly spread to rounding.
+/// The steps that are shown: all of 0 to N, or [`MOST_FRAMES`] of them, evenly spaced up to rounding.
 fn frames(steps: usize) -> Vec<usize> {
     let gaps = steps.min(MOST_FRAMES - 1);
     (0..=gaps).map(|frame| (frame * steps + gaps / 2).checked_div(gaps).unwrap_or(0)).collect()
@@ -52,7 +52,7 @@ fn film_body(seen: &[Seen], index: usize) -> Body {
     let placed = || seen.iter().map(move |seen| &seen.picture.bodies[index]);
     let first = &seen[0].picture.bodies[index];
     let mut rotations: Vec<[f64; 4]> = placed().map(|body| quaternion(&body.pose.rotation)).collect();
-    // Of the two quaternions of a rotation that one which is nearer to the one before: those between are right then.
+    // Of the two quaternions of each rotation, take the one nearer to the previous, so that interpolation is correct.
     for frame in 1..rotations.len() {
         let before = rotations[frame - 1];
         if before.iter().zip(rotations[frame]).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
@@ -118,7 +118,7 @@ fn film_point(seen: &[Seen], (index, landmark): (usize, &Landmark), known: &[[[f
     }
 }
 
-/// A plate along the wall that holds all places where it may be touched, with a margin.
+/// A plate along the wall that covers all points where it may be touched, with a margin.
 fn film_wall(seen: &[Seen], (index, landmark): (usize, &Landmark), normal: [f64; 3], known: &[[[f64; 3]; 3]]) -> Wall {
     let rotation = turned_to(normal);
     let mut quaternion = quaternion(&rotation);
@@ -152,7 +152,7 @@ fn film_wall(seen: &[Seen], (index, landmark): (usize, &Landmark), normal: [f64;
     }
 }
 
-/// By how much a plate is longer than where it is touched, relative to the size of the scene.
+/// How much longer a plate is than the extent of its touched points, relative to the size of the scene.
 const MARGIN: f64 = 0.25;
-/// How thick it is.
+/// Thickness of a plate, relative to the size of the scene.
 const THICKNESS: f64 = 0.02;

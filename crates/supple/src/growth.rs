@@ -12,23 +12,23 @@ use crate::Error;
 use crate::problem::Task;
 use crate::stability::Stability;
 
-/// At most how many steps are looked at.
+/// Maximum number of steps examined.
 const LOOKED_AT: usize = 20;
 /// Above this number of states, fewer steps are examined, using matrix powers instead of eigenvalues.
 const LARGE: usize = 32;
-/// Threshold of `ln rho` per time step below which no warning is issued: a plan doubles in 70 steps. What stands still,
-/// such as positions without springs, has `rho = 1`, and rounding of such multiple eigenvalues stays far below.
+/// Threshold of `ln rho` per time step below which no warning is issued: at this rate, doubling takes 70 steps. What does
+/// not move, such as positions without springs, has `rho = 1`, and rounding of such multiple eigenvalues stays far below.
 const SLOW: f64 = 1e-2;
-/// Growth in one time step that a suggested time step may have beside that of the physics.
+/// Growth in one time step that a suggested time step may have in addition to that of the physics.
 const SUGGESTED: f64 = 1e-3;
-/// How much faster than the physics the numbers may grow. Steps of Euler's methods let unstable physics grow no faster
-/// than it does.
+/// How many times faster than the physics the numerical solution may grow. With Euler's methods, unstable physics grows no
+/// faster than it really does.
 const FASTER: f64 = 2.0;
-/// Powers of 1/8 of the time step over which the rate of the physics is looked for.
+/// Number of ever shorter time steps, by powers of 1/8, from which the growth rate of the physics is estimated.
 const SHORTER: i32 = 7;
-/// Distance that a suggested time step keeps from the limit found.
+/// A suggested time step is this fraction of the limit found.
 const MARGIN: f64 = 0.95;
-/// Most sub-steps that are suggested: the most that task files may ask for.
+/// Maximum number of sub-steps suggested: the most that task files may request.
 const MOST_SUBSTEPS: usize = 1000;
 
 /// Whether the time step is short enough for a plan, by its knots.
@@ -37,13 +37,13 @@ pub fn stability(task: &Task, phi: &[f64], trajectory: &Trajectory, knots: &Knot
     Looker { task, phi }.look(trajectory, &knots.dynamics, &spread(trajectory.steps(), knots.dynamics.rows()))
 }
 
-/// The error with the task, and with what to do about it where a plan cannot be computed because the time step is too
-/// large. The trajectory is the one that was tried, up to where it is no longer finite.
+/// The error with the task's name and, if a plan cannot be computed because the time step is too large, with advice.
+/// The trajectory is the attempted one, up to where it is no longer finite.
 pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Trajectory) -> Error {
     if !matches!(error, Error::NotFinite { .. } | Error::NotPositiveDefinite { .. }) {
         return error;
     }
-    // Where states have become very large, what is wrong there says nothing of where it began.
+    // Failures at very large states reveal nothing about where the instability began.
     let size = |t: usize| trajectory.states.vector(t).iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let modest =
         |t: &usize| trajectory.states.vector(*t).iter().all(|x| x.is_finite()) && size(*t) <= 1e3 * (1.0 + size(0));
@@ -56,7 +56,7 @@ pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Traje
     let mut dynamics = Matrices::zeros(steps, size.states, size.joint());
     let points = Points { stages: steps, has_end: false, ..trajectory.points() };
     task.system.dynamics_jacobians(points, phi, &mut dynamics, &mut Scratch::new());
-    // It began at the first of them; after that the states are not those of any plan.
+    // The instability began at the first unstable step; later states belong to no plan.
     let mut looks =
         spread(steps, size.states).into_iter().map(|t| Looker { task, phi }.look(trajectory, &dynamics, &[t]));
     match looks.find(|found| found.numerically_unstable) {
@@ -65,8 +65,8 @@ pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Traje
     }
 }
 
-/// The first, the last and others of `steps` steps of a system with `states` states: fewer where they are many, as
-/// eigenvalues take the third power of their number.
+/// The first, the last and some other steps of a system with `states` states: fewer steps if there are many states, as
+/// the time for eigenvalues grows with the cube of their number.
 fn spread(steps: usize, states: usize) -> Vec<usize> {
     let count = steps.min((LOOKED_AT * LARGE * LARGE / states.max(LARGE).pow(2)).max(2));
     (0..count).map(|i| i * (steps - 1) / (count - 1).max(1)).collect()
@@ -91,14 +91,14 @@ fn growth(dynamics: &Matrices, t: usize) -> Option<f64> {
     Some(math::ln(radius))
 }
 
-/// A task at a design, to look at.
+/// A task at a design, to be examined.
 struct Looker<'a> {
     task: &'a Task,
     phi: &'a [f64],
 }
 
 impl Looker<'_> {
-    /// Looks at some steps of a trajectory with the linearisation `dynamics`.
+    /// Examines some steps of a trajectory with the linearisation `dynamics`.
     fn look(&self, trajectory: &Trajectory, dynamics: &Matrices, steps: &[usize]) -> Stability {
         let time_step: f64 = self.task.time_step.resolve(self.phi);
         let mut seen: Vec<(f64, usize)> = steps.iter().filter_map(|&t| Some((growth(dynamics, t)?, t))).collect();
@@ -138,7 +138,7 @@ impl Looker<'_> {
 fn two_digits(value: f64) -> f64 {
     let exponent = math::log10(value).floor() as i32;
     let digits = (value * 10f64.powi(1 - exponent)).floor();
-    // As it is written, so that no digits of rounding show.
+    // Via its decimal form, so that no digits from rounding show.
     format!("{digits}e{}", exponent - 1).parse().unwrap_or(value)
 }
 
@@ -157,11 +157,11 @@ impl Step<'_> {
         growth(&task.system.dynamics_jacobian_with(self.t, self.x, self.u, phi, time_step)?, 0)
     }
 
-    /// The rate at which the physics grows, 1/s: the least of any shorter time step, and at least 0.
+    /// Growth rate of the physics, 1/s: the least over several shorter time steps, and at least 0.
     ///
-    /// Over steps of Euler's methods unstable physics grows the slower the longer they are, so the least is no less
-    /// than over the present one; and numerical growth is 0 once the time step is short enough. Large systems are
-    /// looked at over every other time step.
+    /// With Euler's methods, unstable physics grows more slowly over longer steps, so the least is not below the rate
+    /// over the present step; and numerical growth vanishes once the time step is short enough. For large systems, only
+    /// every other time step is tried.
     fn rate(&self, time_step: f64) -> Option<f64> {
         let stride = if self.x.len() > LARGE { 2 } else { 1 };
         let rates = (1..=SHORTER).step_by(stride).map(|power| {
@@ -171,7 +171,7 @@ impl Step<'_> {
         rates.collect::<Option<Vec<_>>>()?.into_iter().reduce(f64::min)
     }
 
-    /// The longest time step of at most `most` that is stable but for the rate of the physics.
+    /// The longest time step, at most `most`, that is stable apart from the growth of the physics.
     fn longest(&self, most: f64, rate: f64) -> Option<f64> {
         let is_stable = |h: f64| self.growth(h).is_some_and(|growth| growth <= FASTER * rate * h + SUGGESTED);
         if is_stable(most) {

@@ -10,8 +10,8 @@ use crate::Error;
 use crate::plan::{Plan, PlanMode, VALID_STATIONARITY};
 use crate::problem::Task;
 
-/// The horizon of a plan's linearisation. A risk-sensitive plan gives its trajectory only: the prices are those of the law
-/// of least expected cost along it.
+/// The horizon of a plan's linearisation. Of a risk-sensitive plan, only the trajectory is used: the prices are those of
+/// the law of least expected cost along it.
 ///
 /// # Errors
 /// Where there is no such law.
@@ -19,25 +19,25 @@ pub fn horizon_of_plan(plan: &Plan, noise: &Noise) -> Result<Horizon, Error> {
     Ok(Horizon::along(&plan.knots, law_of(plan)?.as_ref(), noise, plan.nominal_cost))
 }
 
-/// The horizon of a plan whose law is proved.
+/// The horizon of a plan with a proved control law.
 pub(crate) struct ProvedHorizon {
     pub horizon: Horizon,
     /// How far the least cost and the prices may be off.
     pub spread: Spread,
-    /// How far the cost is from one for which the law is optimal; why that is not proved otherwise.
+    /// Distance of the cost from one for which the law is optimal; the reason if that is not proved.
     pub law: Result<f64, String>,
     /// The least cost in double precision.
     pub rounded_least: f64,
 }
 
 impl ProvedHorizon {
-    /// Whether rounding led to another law in double precision.
+    /// Whether the law in double precision differs from it because of rounding.
     pub fn is_other_law(&self) -> bool {
         let (rounded, least) = (self.rounded_least, self.horizon.base_cost);
         (rounded - least).abs() > SAME_LEAST * rounded.abs().max(least.abs())
     }
 
-    /// What to know where it did.
+    /// A remark for the user if rounding led to a different law.
     pub fn remark(&self) -> Option<String> {
         self.is_other_law().then(|| {
             format!(
@@ -50,13 +50,13 @@ impl ProvedHorizon {
     }
 }
 
-/// The horizon of a plan with a law that rounding does not change: that of the plan where it is known not to, and else the
+/// A plan's horizon with a law unaffected by rounding: the plan's own law if it is known to be unaffected, otherwise the
 /// proved one.
 #[derive(Default)]
 pub(crate) struct DespiteRounding {
     /// `None` if no law is known.
     pub horizon: Option<Horizon>,
-    /// What to know about it, for people, where it is not that of the plan.
+    /// A remark for the user if the plan's own law is not used.
     pub remark: Option<String>,
 }
 
@@ -82,30 +82,30 @@ impl DespiteRounding {
     }
 }
 
-/// Least costs that rounding may change by more than this, relatively, and that are not proved are doubtful.
+/// If rounding may change an unproved least cost by more than this share, it is doubtful.
 const UNSURE: f64 = 1e-6;
 
-/// Least costs closer than this, relatively, are of the same law.
+/// Least costs closer than this, relatively, belong to the same law.
 const SAME_LEAST: f64 = 1e-9;
 
-/// The same with the law of least expected cost, computed and proved in as many digits as it takes. Plans in belief space
-/// keep their own law, which remarks name.
+/// A plan's horizon with the law of least expected cost, computed and proved with as many digits as necessary. Belief-space
+/// plans keep their own law, as remarks state.
 ///
 /// # Errors
-/// Where there is no law.
+/// If there is no such law.
 pub(crate) fn proved_horizon(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise) -> Result<ProvedHorizon, Error> {
     let law = law_of(plan)?;
     let rounded = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
     Ok(proved_along(plan, &law, rounded, noise, nominal_rounding(task, phi, plan)))
 }
 
-/// How far the cost of a plan may be from that of its controls, and, where it has converged, from that of the best controls
-/// about it: the rounding of each cost and of the sum, that of each step of the trajectory at the price of its state, and
-/// what the next step of the search would save.
+/// How far the cost of a plan may be from the exact cost of its controls and, if it has converged, from that of the best
+/// controls near it: rounding of each cost and of the sum, rounding of each trajectory step weighted by its costate, and
+/// the decrease that the next step of the search would achieve.
 fn nominal_rounding(task: &Task, phi: &[f64], plan: &Plan) -> f64 {
     let knots = &plan.knots;
     let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());
-    // Each number is summed from about so many rounded ones.
+    // Each number is a sum of about this many rounded terms.
     let terms = (joint + 4) as f64 * f64::EPSILON;
     let (states, controls) = (&plan.trajectory.states, &plan.trajectory.controls);
     let mut scratch = Scratch::new();
@@ -116,7 +116,7 @@ fn nominal_rounding(task: &Task, phi: &[f64], plan: &Plan) -> f64 {
             true => task.system.stage_cost(t, &x[..n], &u[..joint - n], phi, &mut scratch),
             false => task.system.final_cost(&x[..n], phi, &mut scratch),
         };
-        // Knuth's sum: what rounding takes is known.
+        // Knuth's two-sum: it yields the rounding error of each addition.
         let next = sum + cost;
         let part = next - sum;
         lost += (sum - (next - part)) + (cost - part);
@@ -147,7 +147,7 @@ fn nominal_rounding(task: &Task, phi: &[f64], plan: &Plan) -> f64 {
     off + (sum + lost - plan.nominal_cost).abs()
 }
 
-/// The same, given the law and its horizon in double precision.
+/// Like [`proved_horizon`], given the law and its horizon in double precision.
 fn proved_along(plan: &Plan, law: &Policy, rounded: Horizon, noise: &Noise, nominal_rounding: f64) -> ProvedHorizon {
     let rounded_least = rounded.base_cost;
     let unproved = |law| ProvedHorizon { horizon: rounded, spread: Spread::default(), law, rounded_least };

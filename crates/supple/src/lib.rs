@@ -2,14 +2,14 @@
 //! tasks with cost limits, and [`design`](design::design) finds the parameters at which the controller receives the least
 //! sensor information while every task stays within its limit.
 //!
-//! The crate builds on `supple-model`, what an author writes, and [`supple-lqg`](lqg), the sweeps over arrays; it
-//! re-exports what its users need of both. Problems are built from values or read from task files by `supple-file`;
+//! The crate builds on `supple-model`, the modelling types, and [`supple-lqg`](lqg), the sweeps over arrays; it
+//! re-exports what its users need from both. Problems are built from values or read from task files by `supple-file`;
 //! `supple-study` runs grids, fronts and robustness studies of them and stores the results.
 //!
 //! | stage | main items |
 //! |---|---|
 //! | the problem: robot, noise, costs, parameters | [`Problem`], [`Task`], [`Model`], [`cost::Cost`], [`parameters`], [`Kinds`] |
-//! | a plan by iLQG, its belief, information and cost, in one file | [`pipeline`], [`plan`] |
+//! | an iLQG plan with its belief, information and cost, in one file | [`pipeline`], [`plan`] |
 //! | one design, evaluated: information, cost, gradients, roll-outs | [`Problem::evaluate`], [`EvaluateOptions`], [`Evaluation`] |
 //! | the search for the best design | [`design::design`], [`settings`] |
 //! | the minimum information over all sensors and controllers; the choice of sensors | [`bound`], [`sensors`] |
@@ -38,7 +38,7 @@
 //! let options = EvaluateOptions { needed: true, ..Default::default() };
 //! let found = problem.evaluate(&problem.parameters.initial(), &options)?;
 //!
-//! // The sensor measures more than the controller uses, which uses more than the cost limit needs.
+//! // The sensor measures more than the controller uses, which uses more than meeting the cost limit requires.
 //! let information = &found.tasks[0].information;
 //! let used = information.control.as_ref().map_or(f64::NAN, |control| control.total_bits);
 //! let needed = information.needed.as_ref().map_or(f64::NAN, |needed| needed.total_bits);

@@ -1,4 +1,4 @@
-//! The linear system that a task is along its plan, as plain arrays.
+//! The linearisation of a task along its plan, as plain arrays.
 
 use serde::Serialize;
 use supple_kernels::Matrices;
@@ -30,7 +30,7 @@ pub struct Linearisation {
     pub input: Vec<Rows>,
     /// `C = g_x`, N + 1 of p x n.
     pub measurement: Vec<Rows>,
-    /// Second derivatives of the costs by state and control, N + 1 of (n + m) x (n + m); no control in the last.
+    /// Second derivatives of the costs by state and control, N + 1 of (n + m) x (n + m); the last has no control.
     pub cost_hessian: Vec<Rows>,
     /// First derivatives of the costs by state and control, N + 1 of n + m.
     pub cost_gradient: Rows,
@@ -48,14 +48,14 @@ pub struct Linearisation {
     pub belief_covariance: Vec<Rows>,
 }
 
-/// Columns of `count` matrices of a sequence.
+/// The columns `cols` of the first `count` matrices of a sequence.
 fn rows_of(matrices: &Matrices, count: usize, cols: std::ops::Range<usize>) -> Vec<Rows> {
     let row = |t: usize, i: usize| cols.clone().map(|j| matrices.get(t, i, j)).collect();
     (0..count).map(|t| (0..matrices.rows()).map(|i| row(t, i)).collect()).collect()
 }
 
 impl Problem {
-    /// The linear system that a task of this name is along its plan at a design.
+    /// The linearisation of the named task along its plan at a design.
     ///
     /// # Errors
     /// Where there is no task of this name, or the design cannot be evaluated.

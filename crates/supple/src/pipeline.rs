@@ -37,9 +37,9 @@ pub struct TaskState {
     /// Its expected cost in parts.
     pub cost: CostParts,
     plan_work: PlanWorkspace,
-    /// Once there were gradients.
+    /// `None` until gradients are computed.
     gradient_work: Option<Box<GradientWorkspace>>,
-    /// Where there are belief-space plans.
+    /// `None` until a belief-space plan is computed.
     memory: Option<Box<Memory>>,
     scratch: Scratch,
     /// Iterations of all plans so far.
@@ -85,25 +85,25 @@ impl TaskState {
         self.assess(task, phi)
     }
 
-    /// Lets planning take until so many seconds from now; as long as it needs where there is no limit.
+    /// Sets the deadline of planning, this many seconds from now; `None` for no limit.
     pub(crate) fn limit_time(&mut self, seconds: Option<f64>) {
         let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
         self.plan_work.deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
     }
 
-    /// Whether the time that planning may take is over.
+    /// Whether the deadline of planning has passed.
     pub(crate) fn is_late(&self) -> bool {
         self.plan_work.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Whether a task has contacts that are apart in the first state.
+    /// Whether a task has contacts that do not touch in the first state.
     pub(crate) fn has_to_approach(&self, task: &Task, phi: &[f64]) -> bool {
         let first: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(phi)).collect();
         has_to_approach(&*task.system, &first, phi)
     }
 
-    /// The controls of a plan that found its contacts from afar, starting from given controls; `None` if there is
-    /// nothing to approach. With how many iterations that took.
+    /// The controls of a plan that approached its contacts from a distance, starting from given controls; `None` if there is
+    /// nothing to approach. Also returns how many iterations that took.
     pub(crate) fn approach(
         &mut self,
         task: &Task,
@@ -133,7 +133,7 @@ impl TaskState {
         self.plan_from_guess((task, phi), (settings, Patience::Full))
     }
 
-    /// As [`plan_only`](Self::plan_only) from given controls, with some patience.
+    /// Like [`plan_only`](Self::plan_only) from given controls, with the given patience.
     ///
     /// # Errors
     /// Where something is not finite.
@@ -201,12 +201,12 @@ impl TaskState {
         Ok(())
     }
 
-    /// By how much noise lowers the cost of a plan that is held at limits: see [`CostParts::lowered`].
+    /// The amount by which noise lowers the cost of a plan that is held at limits: see [`CostParts::lowered`].
     pub(crate) fn lowered(&self) -> Option<f64> {
         self.cost.lowered().filter(|_| self.plan.is_at_limits())
     }
 
-    /// Forgets what gradients knew of the last plan.
+    /// Discards the data that gradients stored for the last plan.
     fn forget(&mut self) {
         if let Some(work) = &mut self.gradient_work {
             work.forget();
@@ -232,7 +232,7 @@ impl TaskState {
     /// The total gradient of a functional at the evaluated design.
     ///
     /// # Errors
-    /// Where the plan is no strict local optimum, or of a kind that minimises nothing by its trajectory.
+    /// If the plan is not a strict local optimum, or its kind of plan does not minimise a cost over trajectories.
     pub fn total_gradient(
         &mut self,
         task: &Task,
@@ -253,7 +253,7 @@ impl TaskState {
     /// The total gradient of the nominal cost at the evaluated design.
     ///
     /// # Errors
-    /// Along belief-space plans, where the plan is no strict local optimum.
+    /// For belief-space plans, if the plan is not a strict local optimum.
     pub fn nominal_gradient(&mut self, task: &Task, phi: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
         if self.plan.mode == PlanMode::Belief {
             return self.belief_gradient(task, phi, Quantity::NOMINAL_COST, out);
@@ -280,7 +280,7 @@ impl TaskState {
         Ok(())
     }
 
-    /// Along risk-sensitive plans there is none. (Along sampled ones there is one in form, which its stationarity marks
+    /// An error for risk-sensitive plans, which have none. (Sampled plans formally have one, which their stationarity marks
     /// as not valid.)
     fn has_total_gradient(&self) -> Result<(), Error> {
         match self.plan.mode {
@@ -302,7 +302,7 @@ impl TaskState {
     }
 
     /// Gradients of the directed information at the evaluated design with the trajectory held fixed: through what
-    /// sensors see, and through how uncertainty spreads.
+    /// sensors, and through the propagation of uncertainty.
     pub(crate) fn information_at_rest(&mut self, task: &Task, phi: &[f64]) -> [Vec<f64>; 2] {
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));

@@ -14,7 +14,7 @@ use supple_text::digits;
 use crate::Error;
 use crate::settings::{DesignSettings, MOST_ROLLOUTS, PlanSettings, ROLLOUTS};
 
-/// States up to which results end with [`ROLLOUTS`] roll-outs.
+/// Number of states up to which results include all [`ROLLOUTS`] roll-outs.
 const ROLLOUTS_STATES: f64 = 32.0;
 
 /// Minimum number of roll-outs; fewer would give poor estimates of means.
@@ -33,29 +33,29 @@ pub struct Problem {
     pub planning: PlanSettings,
     /// How designs are searched for.
     pub design: DesignSettings,
-    /// The files that the task file names, but for meshes.
+    /// Files that the task file refers to, except meshes.
     pub files: Vec<PathBuf>,
     /// Sensors to choose from; `None` if the task file has no catalogue.
     pub catalogue: Option<Vec<CatalogueSensor>>,
     /// Warnings about ignored or most likely wrong parts of the files; empty if there are none.
     pub warnings: Vec<String>,
-    /// The same with a sentence for every single thing, where `warnings` has one for all of a kind.
+    /// The same warnings, one per item, where `warnings` has one for all items of a kind.
     pub every_warning: Vec<String>,
 }
 
 /// Maximum number of steps of a task.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Entries that the second derivatives of all steps of a task have at most: a plan needs some 150 bytes for each.
+/// Maximum number of entries in the second derivatives of all steps of a task: a plan needs some 150 bytes for each.
 const MOST_ENTRIES: usize = 40_000_000;
 
-/// Steps that a task of a system of these sizes has at most.
+/// Maximum number of steps of a task whose system has these dimensions.
 #[must_use]
 pub fn most_steps(size: Dimensions) -> usize {
     MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2).max(1)).max(1)
 }
 
-/// The numbers of a task that say nothing of its system's parts.
+/// The numbers of a task that do not concern the parts of its system.
 #[derive(Clone, Copy, Debug)]
 pub struct TaskNumbers {
     /// How many steps it lasts, N.
@@ -95,7 +95,7 @@ impl TaskNumbers {
     }
 }
 
-/// Checks how many roll-outs are asked for.
+/// Checks the requested number of roll-outs.
 ///
 /// # Errors
 /// Where there are more than [`MOST_ROLLOUTS`].
@@ -166,22 +166,22 @@ impl Problem {
         }
     }
 
-    /// Planned so.
+    /// Sets the planning settings.
     #[must_use]
     pub fn with_planning(self, planning: PlanSettings) -> Self {
         Self { planning, ..self }
     }
 
-    /// Designed so.
+    /// Sets the design settings.
     #[must_use]
     pub fn with_design(self, design: DesignSettings) -> Self {
         Self { design, ..self }
     }
 
-    /// Checks that a design has one number per parameter, and that no task has more steps than there is room for.
+    /// Checks that a design has one number per parameter, and that no task exceeds the maximum number of steps.
     ///
     /// # Errors
-    /// Where it has not.
+    /// If either check fails.
     pub fn check_design(&self, phi: &[f64]) -> Result<(), Error> {
         let (found, expected) = (phi.len(), self.parameters.len());
         if found != expected {
@@ -194,13 +194,13 @@ impl Problem {
         Ok(())
     }
 
-    /// Closed-loop roll-outs with which results end: those asked for, or else those of the design settings, or else as
-    /// many as take about as long whatever the number of states, from [`ROLLOUTS`] down to 32.
+    /// Number of closed-loop roll-outs reported with results: as requested, or else as in the design settings, or else as
+    /// many as take about the same time for any number of states, from [`ROLLOUTS`] down to 32.
     #[must_use]
     pub fn rollouts(&self, asked: Option<usize>) -> usize {
         asked.or(self.design.rollouts).unwrap_or_else(|| {
             let states = self.tasks.iter().map(|task| task.system.dimensions().states).max().unwrap_or(0);
-            // A filter's step takes the third power of the number of states.
+            // The time for a filter step grows with the cube of the number of states.
             let share = (ROLLOUTS_STATES / states.max(1) as f64).powi(3).min(1.0);
             ((ROLLOUTS as f64 * share) as usize).max(LEAST_ROLLOUTS)
         })
@@ -209,7 +209,7 @@ impl Problem {
     /// The task of this name.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If there is no such task.
     pub fn task(&self, name: &str) -> Result<&Task, Error> {
         let names = || self.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>().join(", ");
         let unknown = || Error::Unknown { what: "task", name: name.to_owned(), valid: names() };
@@ -226,13 +226,13 @@ pub struct CatalogueSensor {
     pub kind: String,
     /// Its price, in the units of budgets.
     pub price: f64,
-    /// Whether the task file says that it is chosen.
+    /// Whether the task file marks it as chosen.
     pub chosen: bool,
-    /// Which entries of the measurement are its; empty if the problem was read without it.
+    /// Indices of its entries in the measurement; empty if the problem was read without it.
     pub rows: Vec<usize>,
 }
 
-/// What a plan is searched for.
+/// The nominal problem for which a plan is searched.
 #[derive(Clone, Copy)]
 pub struct NominalProblem<'a> {
     /// The system with its costs.
@@ -252,16 +252,16 @@ pub struct Task {
     pub steps: usize,
     /// Time step, s.
     pub time_step: Value,
-    /// The expected cost may be at most this, D; without a bound there is no limit.
+    /// Upper bound D on the expected cost; `None` if there is no limit.
     pub bound: Option<Value>,
     /// Weight of its information in the objective.
     pub information_weight: f64,
     /// Mean of the first state, n.
     pub initial_state: Vec<Value>,
-    /// First guess of the controls: one row for all steps, or one per step; each of length m. Where it is empty, the
-    /// controls that hold the first state as nearly as they can.
+    /// First guess of the controls: one row for all steps, or one per step; each of length m. If empty, the
+    /// controls that best hold the first state.
     pub initial_control: Vec<Vec<Value>>,
-    /// Bounds that plans and their control laws keep; none by default.
+    /// Bounds on the controls of plans and their control laws; none by default.
     pub control_bounds: Option<ControlBounds>,
     /// Its noise.
     pub noise: NoiseModel,
@@ -270,8 +270,8 @@ pub struct Task {
 }
 
 impl Task {
-    /// A task of so many steps of the time step, s, from the state 0, with controls that hold it as a first guess and
-    /// without limits.
+    /// A task of `steps` steps of length `time_step`, s, starting from state 0, without limits; its first guess is the
+    /// controls that hold this state.
     #[must_use]
     pub fn new(
         name: impl Into<String>,
@@ -283,7 +283,7 @@ impl Task {
         Self::sharing(name, Arc::new(system), noise, steps, time_step)
     }
 
-    /// The same of a system that others share, or whose type is known only when the program runs.
+    /// The same for a system that other tasks share, or whose type is known only at run time.
     #[must_use]
     pub fn sharing(
         name: impl Into<String>,
@@ -306,44 +306,44 @@ impl Task {
         }
     }
 
-    /// From this state, of length n: numbers or parameters.
+    /// Sets the initial state, of length n: numbers or parameters.
     #[must_use]
     pub fn starting_at(self, state: impl IntoIterator<Item = impl Into<Value>>) -> Self {
         Self { initial_state: state.into_iter().map(Into::into).collect(), ..self }
     }
 
-    /// With these controls, of length m, as a first guess of every step.
+    /// Sets these controls, of length m, as the first guess at every step.
     #[must_use]
     pub fn guessing(self, control: impl IntoIterator<Item = impl Into<Value>>) -> Self {
         Self { initial_control: vec![control.into_iter().map(Into::into).collect()], ..self }
     }
 
-    /// With these controls as a first guess: one row for all steps or one per step, each of length m. Without rows, those
-    /// that hold the first state as nearly as they can.
+    /// Sets the first guess of the controls: one row for all steps or one per step, each of length m. Without rows, those
+    /// that best hold the first state.
     #[must_use]
     pub fn guessing_each(self, controls: Vec<Vec<Value>>) -> Self {
         Self { initial_control: controls, ..self }
     }
 
-    /// With this weight of its information in the objective; 1 by default.
+    /// Sets the weight of its information in the objective; 1 by default.
     #[must_use]
     pub fn weighing_information(self, weight: f64) -> Self {
         Self { information_weight: weight, ..self }
     }
 
-    /// At an expected cost of at most this.
+    /// Sets the upper bound on the expected cost.
     #[must_use]
     pub fn within_cost(self, bound: impl Into<Value>) -> Self {
         Self { bound: Some(bound.into()), ..self }
     }
 
-    /// With controls that plans keep within these bounds.
+    /// Sets bounds on the controls of plans.
     #[must_use]
     pub fn within_controls(self, bounds: ControlBounds) -> Self {
         Self { control_bounds: Some(bounds), ..self }
     }
 
-    /// What its plan is searched for at `phi`.
+    /// Its nominal planning problem at `phi`.
     #[must_use]
     pub fn nominal<'a>(&'a self, phi: &'a [f64]) -> NominalProblem<'a> {
         NominalProblem { system: &*self.system, phi, bounds: self.control_bounds.as_ref() }
@@ -378,8 +378,8 @@ impl Task {
         }
     }
 
-    /// The motion without noise and feedback under `controls`, one for each step and not kept within bounds, from the
-    /// state `start` or else the first state at `phi`. It lasts as many steps as there are controls.
+    /// The motion without noise or feedback under `controls`, one row per step and not clipped to bounds, from the
+    /// state `start` or, without one, from the first state at `phi`. It lasts as many steps as there are controls.
     ///
     /// # Errors
     /// Where a length is wrong, there are more controls than the system has steps, or a state is not finite.
@@ -410,7 +410,7 @@ impl Task {
         }
     }
 
-    /// Checks that everything has the lengths that the system asks for, and that covariances are symmetric.
+    /// Checks that everything has the lengths that the system requires, and that covariances are symmetric.
     ///
     /// # Errors
     /// The first thing of a wrong length, or the first covariance that is not symmetric by more than rounding.

@@ -15,7 +15,7 @@ use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, Truth, Worl
 /// xbar <- alpha mu + (1 - alpha) xbar      ubar <- alpha u + (1 - alpha) ubar
 /// ```
 ///
-/// `noise` is that at `phi` but for what varies with the state: the runs have it at their own states.
+/// `noise` is the noise at `phi`, except for parts that vary with the state: runs evaluate these at their own states.
 ///
 /// Iteration i draws from stream i of the seed. The reference ends as an average of noisy runs: close to a local
 /// optimum, never stationary to a tight tolerance.
@@ -70,7 +70,7 @@ pub(crate) fn plan_sampled(
     Ok(())
 }
 
-/// Moves the reference by a share towards a run; the relative change of the controls (root mean square).
+/// Moves the reference by a fraction towards a run; returns the relative change of the controls (root mean square).
 fn average(reference: &mut Trajectory, run: &Trajectory, share: f64) -> f64 {
     let (mut moved, mut size) = (0.0, 0.0);
     for (ubar, u) in reference.controls.as_mut_slice().iter_mut().zip(run.controls.as_slice()) {
@@ -85,7 +85,7 @@ fn average(reference: &mut Trajectory, run: &Trajectory, share: f64) -> f64 {
     (moved / size.max(1e-300)).sqrt()
 }
 
-/// The cost of a reference as it stands, which need not obey the dynamics.
+/// The cost of the reference itself, which need not obey the dynamics.
 fn cost_of(task: &Task, phi: &[f64], reference: &Trajectory, scratch: &mut Scratch) -> f64 {
     let mut stages = vec![0.0; task.steps];
     task.system.stage_costs(reference.points(), phi, &mut stages, scratch);

@@ -5,22 +5,22 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use supple_text::digits;
 
-/// Whether steps of a plan grow because the time step is too large.
+/// Whether a plan is numerically unstable because the time step is too large.
 ///
-/// At a few steps of the plan the spectral radius of `A = f_x` is compared with that of shorter time steps (theory,
-/// equation R.19): what grows as fast by time over short steps is in the physics, what does not is in the integration.
+/// At a few steps of the plan, the spectral radius of `A = f_x` is compared with that for shorter time steps (theory,
+/// equation R.19): growth at the same rate over shorter steps is physical; other growth comes from the integration.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Stability {
     /// Time step, s.
     pub time_step: f64,
-    /// The largest spectral radius of `A` over the steps looked at; of those that are numerically unstable, where any
-    /// is.
+    /// The largest spectral radius of `A` over the steps examined; if any are numerically unstable, over
+    /// those.
     pub spectral_radius: f64,
     /// The step where it is.
     pub step: usize,
-    /// Whether the time step is too large there, and not the system itself unstable.
+    /// Whether the time step is too large there, rather than the system itself being unstable.
     pub numerically_unstable: bool,
-    /// A time step that is short enough at all steps looked at, s; `None` if the present one is.
+    /// A time step that is short enough at all steps examined, s; `None` if the present one is.
     pub suggested_time_step: Option<f64>,
     /// How many sub-steps of the present time step are short enough, for models that can be integrated in sub-steps.
     pub suggested_substeps: Option<usize>,

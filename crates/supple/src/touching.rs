@@ -1,4 +1,4 @@
-//! How a plan touches things: every contact of the model along the nominal trajectory.
+//! Contacts along a plan: every contact of the model along the nominal trajectory.
 
 use supple_model::{ContactReport, ContactState, Trajectory, WantedForce};
 
@@ -30,7 +30,7 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
     along.into_iter().map(|(name, states)| ContactReport::of(name, &states, time_step)).collect()
 }
 
-/// A warning for each cost that wants a force from a contact that the plan never touches, given the reports of all
+/// A warning for each cost that tracks a force at a contact that the plan never makes, given the reports of all
 /// contacts; and one for each contact that is deep inside its wall at the start.
 #[must_use]
 pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
@@ -52,8 +52,8 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
     warnings
 }
 
-/// A depth at the start from which on a contact is taken for a mistake, by its smoothing, and how many times the force that
-/// costs want it then exerts; and such a number at any depth.
+/// At the start, a contact is considered a mistake if it is deeper than `DEEP` times its smoothing and its force exceeds
+/// `MORE` times the force that a cost tracks there, or if its force exceeds `FAR_MORE` times that at any depth.
 const DEEP: f64 = 5.0;
 const MORE: f64 = 2.0;
 const FAR_MORE: f64 = 10.0;
@@ -77,7 +77,7 @@ fn deep_warnings(task: &Task, phi: &[f64]) -> Vec<String> {
                 if target > 0.0 { format!(", where a cost tracks {} N", short(target, 3)) } else { String::new() };
             format!(
                 "task `{}`: at the start, contact `{name}` is {} m inside its wall and exerts {} N{than}; check \
-                 `initial_state` and the place of the wall",
+                 `initial_state` and the position of the wall",
                 task.name,
                 short(depth, 3),
                 short(state.force, 3),
@@ -87,7 +87,7 @@ fn deep_warnings(task: &Task, phi: &[f64]) -> Vec<String> {
     task.system.contact_states(&start, phi).into_iter().enumerate().filter_map(deep).collect()
 }
 
-/// Whether a trajectory never touches a contact from which a cost wants a force.
+/// Whether a trajectory never makes some contact at which a cost tracks a force.
 #[must_use]
 pub fn misses_contact(task: &Task, phi: &[f64], trajectory: &Trajectory) -> bool {
     let mut missing: Vec<usize> = task.system.wanted_forces(phi).into_iter().map(|wanted| wanted.contact).collect();

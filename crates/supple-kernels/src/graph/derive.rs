@@ -10,8 +10,8 @@ fn marks(len: usize, nodes: impl Iterator<Item = Node>) -> Vec<bool> {
     marks
 }
 
-/// For every node up to the last of `ends`: whether it depends on any of `wrt`, which count as independent of one
-/// another and of all else; through these repetitions, which derivatives do not go through.
+/// For every node up to the last of `ends`: whether it depends on any of `wrt`, which count as independent of each
+/// other and of all other nodes; also through these repetitions, although derivatives do not go through them.
 fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node], repetitions: &[Repetition]) -> Vec<bool> {
     let len = ends.map(|node| node.index() + 1).max().unwrap_or(0);
     let mut active = marks(len, wrt.iter().copied());
@@ -28,17 +28,17 @@ fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node], repetitions: &[Rep
     active
 }
 
-/// Whether any of `outputs` depends on `variable`, be it through a repetition.
+/// Whether any of `outputs` depends on `variable`, directly or through a repetition.
 #[must_use]
 pub fn depends(outputs: &[Node], variable: Node) -> bool {
     let active = dependents(outputs.iter().copied(), &[variable], &repetitions());
     outputs.iter().any(|output| active[output.index()])
 }
 
-/// The gradient of `sum cotangent output` over the pairs `(output, cotangent)` by each of `wrt`, the cotangents held
-/// fixed: reverse differentiation.
+/// The gradient of `sum cotangent output` over the pairs `(output, cotangent)` with respect to each of `wrt`, with fixed
+/// cotangents: reverse differentiation.
 ///
-/// The nodes `wrt` are variables: each counts as independent of the others, even where the graph makes it of them.
+/// The nodes `wrt` are variables: each counts as independent of the others, even if the graph computes it from them.
 #[must_use]
 pub fn vjp(outputs: &[(Node, Node)], wrt: &[Node]) -> Vec<Node> {
     Reverse::new(outputs.iter().map(|&(output, _)| output), wrt).gradient(outputs)
@@ -51,13 +51,13 @@ pub fn jacobian(outputs: &[Node], wrt: &[Node]) -> Vec<Vec<Node>> {
     outputs.iter().map(|&output| reverse.gradient(&[(output, Node::one())])).collect()
 }
 
-/// Reverse differentiation of some outputs by the same variables, one gradient after the other: each takes as long as what
-/// its outputs are made of, not as the whole graph.
+/// Reverse differentiation of some outputs by the same variables, one gradient after the other: each takes time
+/// proportional to the graph of its outputs, not to the whole graph.
 struct Reverse<'a> {
     wrt: &'a [Node],
     active: Vec<bool>,
     leaf: Vec<bool>,
-    /// Of every node; 0 between two gradients.
+    /// The adjoint of every node; 0 between two gradients.
     adjoint: Vec<Node>,
     /// A bit for every node whose adjoint is not 0.
     reached: Vec<u64>,
@@ -76,7 +76,7 @@ impl<'a> Reverse<'a> {
             self.give(output, || cotangent);
         }
         let mut leaves = Vec::new();
-        // Operands come before what is made of them, so that a node is reached only from words not left yet.
+        // Operands come before the nodes that use them, so nodes are only reached in words not yet processed.
         for word in (0..self.reached.len()).rev() {
             while let Some(bit) = self.reached[word].checked_ilog2() {
                 self.reached[word] &= !(1 << bit);
@@ -97,7 +97,7 @@ impl<'a> Reverse<'a> {
         gradient
     }
 
-    /// Adds a share to the adjoint of a node that depends on a variable.
+    /// Adds a contribution to the adjoint of a node that depends on a variable.
     fn give(&mut self, to: Node, share: impl FnOnce() -> Node) {
         let i = to.index();
         if self.active[i] {
@@ -158,7 +158,7 @@ fn slope(node: Node, op: Op) -> Option<(Node, Node)> {
     })
 }
 
-/// The derivatives of `outputs` along the direction that moves each variable of `seeds` at its rate: forward
+/// The derivatives of `outputs` along the direction in which each variable of `seeds` changes at its rate: forward
 /// differentiation. Variables count as independent, as in [`vjp`].
 #[must_use]
 pub fn tangent(outputs: &[Node], seeds: &[(Node, Node)]) -> Vec<Node> {

@@ -4,15 +4,15 @@ use super::node::{Node, Op, Repetition, operations, record, repetitions};
 use super::repetition::bodies;
 use crate::Scalar;
 
-/// A function of numbers that its caller knows only as an object.
+/// A numeric function behind a trait object.
 ///
-/// A generic function cannot be called through an object. Written for plain numbers and for nodes, a function can be
+/// A generic function cannot be called through a trait object. Written for plain numbers and for nodes, a function can be
 /// called with every scalar: see [`call`].
 pub trait Function {
-    /// Its outputs at plain numbers.
+    /// Computes its outputs for plain numbers.
     fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]);
 
-    /// The same, recorded.
+    /// The same for nodes: records the operations.
     fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]);
 }
 
@@ -25,7 +25,7 @@ pub fn call<S: Scalar>(function: &dyn Function, inputs: &[&[S]], outputs: &mut [
     }
 }
 
-/// A value as one of the type `B`, where that is its type.
+/// A value as type `B`, if that is its type.
 fn same<A: Copy + 'static, B: Copy + 'static>(value: A) -> Option<B> {
     (&value as &dyn Any).downcast_ref::<B>().copied()
 }
@@ -48,7 +48,7 @@ fn call_as<S: Scalar, B: Scalar>(inputs: &[&[S]], outputs: &mut [S], function: i
 
 /// Records a function and evaluates it with any scalar.
 fn replay<S: Scalar>(function: &dyn Function, inputs: &[&[S]], outputs: &mut [S]) {
-    // The operations leave the recording before they are replayed, as the scalar may record too.
+    // The operations are copied out of the recording before they are replayed, as the scalar may record too.
     let (ops, repetitions, results) = record(|| {
         let entries = |(source, input): (usize, &&[S])| (0..input.len()).map(|i| Node::entry(source, i)).collect();
         let nodes: Vec<Vec<Node>> = inputs.iter().enumerate().map(entries).collect();
@@ -88,7 +88,7 @@ fn replay<S: Scalar>(function: &dyn Function, inputs: &[&[S]], outputs: &mut [S]
     }
 }
 
-/// What the variables of a repetition, whose body are some operations, end with, given the values of all before it.
+/// The final variables of a repetition whose body consists of `ops`, given the values of all nodes before it.
 fn replay_repetition<S: Scalar, I: Iterator<Item = usize>>(
     ops: &[Op],
     repetition: &Repetition,
@@ -117,7 +117,7 @@ fn evaluate<S: Scalar>(op: Op, inputs: &[&[S]], value: impl Fn(Node) -> S) -> S 
     match op {
         Op::Constant(bits) => S::constant(f64::from_bits(bits)),
         Op::Entry { source, offset } => inputs[source as usize][offset as usize],
-        // A function records no parameters: its inputs are entries. The rest is replayed where it is repeated.
+        // A function records no parameters: its inputs are entries. The others are replayed with their repetition.
         Op::Parameter(_) | Op::Variable(_) | Op::Repeated { .. } => S::zero(),
         Op::Add(a, b) => value(a) + value(b),
         Op::Sub(a, b) => value(a) - value(b),

@@ -1,11 +1,11 @@
-//! Expressions as graphs: physics recorded once, differentiated, and compiled to straight programs for the lanes.
+//! Expressions as graphs: physics recorded once, differentiated, and compiled to straight-line programs for the lanes.
 //!
 //! ```text
 //! record(|| physics over Node) -> vjp / tangent (more nodes) -> Program::compile -> run over a batch
 //! ```
 //!
 //! A [`Node`] is a [`Scalar`](crate::Scalar) that records what is done to it. Equal expressions are one node, and what
-//! constants decide is folded: a product with 0 is 0, so the structure of derivatives shows in the graph. Products
+//! constants determine is folded: a product with 0 is 0, so the structure of derivatives shows in the graph. Products
 //! with 0 and quotients of 0 are 0 whatever the other factor is.
 
 mod derive;

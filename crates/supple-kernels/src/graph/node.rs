@@ -6,7 +6,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use crate::Scalar;
 use crate::scalar::{self, derive_operators};
 
-/// A number that is not known yet: a place in the graph that this thread records.
+/// A number not yet known: a node of the graph that this thread is recording.
 ///
 /// Nodes are meaningful only inside the [`record`] that made them, on its thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -41,11 +41,11 @@ pub(super) enum Op {
     Ln1p(Node),
     /// The second where the first is above 0, else the third.
     Select(Node, Node, Node),
-    /// The node itself, as something that nothing is known of; the number makes it unlike any other.
+    /// The node itself, treated as unknown; the number makes it different from all other nodes.
     Opaque(Node, u32),
-    /// A variable of a repetition: what its last run has given.
+    /// A variable of a repetition: the result of its last run.
     Variable(u32),
-    /// Entry `index` of what the repetition number `repetition` ends with.
+    /// Entry `index` of the final values of repetition number `repetition`.
     Repeated {
         repetition: u32,
         index: u32,
@@ -53,7 +53,7 @@ pub(super) enum Op {
 }
 
 impl Op {
-    /// What the node is made of; of a repetition none, as derivatives do not go through it.
+    /// The operands of the node; none for a repetition, because derivatives do not go through it.
     pub fn operands(self) -> impl Iterator<Item = Node> {
         let (list, len) = match self {
             Self::Constant(_) | Self::Entry { .. } | Self::Parameter(_) | Self::Variable(_) | Self::Repeated { .. } => {
@@ -78,7 +78,7 @@ impl Op {
 }
 
 impl Op {
-    /// Whether nothing computes it: it is an input, or a repetition makes it.
+    /// Whether no operation computes it: it is an input, or the result of a repetition.
     pub fn is_given(self) -> bool {
         matches!(
             self,
@@ -87,7 +87,7 @@ impl Op {
     }
 }
 
-/// A fast hash for small keys that nobody chooses.
+/// A fast hash for small keys that no attacker controls.
 #[derive(Default)]
 pub(super) struct Mix(u64);
 
@@ -115,10 +115,10 @@ impl Hasher for Mix {
     }
 }
 
-/// A map whose keys nobody chooses. The order of its entries says nothing.
+/// A map whose keys no attacker controls. The order of its entries is unspecified.
 pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mix>>;
 
-/// Something of some nodes, by their numbers, which have no gaps.
+/// A table of values for some nodes, indexed by node number (numbers have no gaps).
 #[derive(Debug)]
 pub(super) struct Table<T>(Vec<Option<T>>);
 
@@ -145,7 +145,7 @@ impl<T: Copy> Table<T> {
         }
     }
 
-    /// The nodes that have one, in their order.
+    /// The nodes that have a value, in order.
     pub fn nodes(&self) -> impl Iterator<Item = Node> {
         self.0.iter().enumerate().filter(|(_, entry)| entry.is_some()).map(|(i, _)| Node(i as u32))
     }
@@ -155,16 +155,16 @@ impl<T: Copy> Table<T> {
 #[derive(Clone, Debug)]
 pub(super) struct Repetition {
     pub variables: Vec<Node>,
-    /// What they begin with.
+    /// Their initial values.
     pub start: Vec<Node>,
-    /// What each run makes of them.
+    /// Their values after each run.
     pub next: Vec<Node>,
-    /// How often it runs at most.
+    /// Maximum number of runs.
     pub most: usize,
 }
 
 impl Repetition {
-    /// The nodes that it is made of and needs to begin.
+    /// The nodes in its body and its initial values.
     pub fn needs(&self) -> impl Iterator<Item = Node> {
         self.start.iter().chain(&self.next).copied()
     }
@@ -175,7 +175,7 @@ impl Repetition {
 pub(super) struct Graph {
     pub ops: Vec<Op>,
     known: Map<Op, Node>,
-    /// How many nodes have a number that makes them unlike any other.
+    /// How many nodes have been given a number to make them unique.
     numbered: u32,
     repetitions: Vec<Repetition>,
 }
@@ -184,7 +184,7 @@ thread_local! {
     static GRAPH: RefCell<Graph> = RefCell::default();
 }
 
-/// Runs `build` with a graph of its own, in which its nodes live.
+/// Runs `build` with a new graph, in which its nodes live.
 pub fn record<T>(build: impl FnOnce() -> T) -> T {
     let outer = GRAPH.take();
     let result = build();
@@ -241,18 +241,18 @@ impl Node {
         intern(Op::Parameter(index as u32))
     }
 
-    /// The node itself, as a variable of its own: nothing is folded through it, and it is unlike any other node.
+    /// The node itself, as a separate variable: nothing is folded through it, and it is different from any other node.
     #[must_use]
     pub fn opaque(self) -> Self {
         intern(Op::Opaque(self, number()))
     }
 
-    /// A node for the negative of this one, as it stands.
+    /// The negative of this node, without folding.
     pub(super) fn negative(self) -> Self {
         intern(Op::Neg(self))
     }
 
-    /// The number that this node always is, if it is one.
+    /// The constant value of this node, if it is constant.
     pub fn known(self) -> Option<f64> {
         match self.op() {
             Op::Constant(bits) => Some(f64::from_bits(bits)),
@@ -260,7 +260,7 @@ impl Node {
         }
     }
 
-    /// The place of the entry that this node is, if it is one of source number `source`.
+    /// The offset of this node if it is an entry of source number `source`.
     #[must_use]
     pub fn entry_of(self, source: usize) -> Option<usize> {
         match self.op() {
@@ -382,7 +382,7 @@ derive_operators!([] Node);
 
 impl Scalar for Node {
     fn constant(value: f64) -> Self {
-        // One zero only.
+        // Merges -0 into +0.
         intern(Op::Constant((value + 0.0).to_bits()))
     }
     fn mul_add(self, factor: Self, term: Self) -> Self {

@@ -31,11 +31,11 @@ pub enum Target {
     },
 }
 
-/// Instructions name slots by this many times their number, so that no multiplication is needed to find them.
+/// Instructions store slot numbers multiplied by this, so that no multiplication is needed to address slots.
 pub(super) const SCALE: usize = 8;
 
-/// Instructions of each arithmetic kind, in the order of the kinds, and then some of one other kind: loops whose ends a
-/// processor foresees, where it seldom foresees a jump to any of many places.
+/// Instructions of each arithmetic kind, in the order of the kinds, then some of one other kind: a processor predicts
+/// the ends of such loops, but rarely an indirect jump with many targets.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Round {
     pub arithmetic: [u32; ARITHMETIC],
@@ -45,7 +45,7 @@ pub(super) struct Round {
 /// The rounds of instructions in this order.
 fn rounds(steps: &[Step]) -> Vec<Round> {
     let mut rounds: Vec<Round> = Vec::new();
-    // The kind from which on the last round goes on.
+    // The kind after which the last round can continue.
     let mut from = None;
     for run in steps.chunk_by(|one, next| one.kind == next.kind) {
         let (kind, count) = (run[0].kind, run.len() as u32);
@@ -62,32 +62,32 @@ fn rounds(steps: &[Step]) -> Vec<Round> {
     rounds
 }
 
-/// Instructions that run one after the other, once or again and again.
+/// Instructions that run in sequence, once or repeatedly.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Part {
-    /// The slots that instructions name, one after the other: of the result and of the operands, as many as the kind has.
+    /// The slots used by the instructions, in sequence: for the result and the operands, as many as the kind has.
     pub instructions: Vec<u32>,
-    /// How many of these are of which kind.
+    /// How many instructions of each kind there are, by rounds.
     pub rounds: Vec<Round>,
-    /// How they run again and again, if they do.
+    /// How they are repeated, if they are.
     pub again: Option<Again>,
 }
 
-/// How instructions run again and again: until the first of their variables is no longer above 0.
+/// How instructions are repeated: until the first of their variables is no longer above 0.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Again {
-    /// Slots of the variables, and of what they begin with.
+    /// Slots of the variables, and of their initial values.
     pub start: Vec<(usize, usize)>,
-    /// Slots of the variables that a run changes, and of what they become.
+    /// Slots of the variables that a run changes, and of their new values.
     pub next: Vec<(usize, usize)>,
-    /// How often they run at most.
+    /// Maximum number of runs.
     pub most: usize,
 }
 
-/// A straight sequence of arithmetic, compiled from a graph, parts of which may be repeated: no branches, no memory but
-/// numbered slots.
+/// A straight-line sequence of arithmetic, compiled from a graph, parts of which may repeat: no branches, and no memory
+/// except numbered slots.
 ///
-/// Slots hold constants and parameters first, then what is read at each knot, then results on the way.
+/// Slots hold constants and parameters first, then what is read at each knot, then intermediate results.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
     /// Constants, in the first slots.
@@ -106,7 +106,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The program that computes these nodes, and nothing else, of the graph being recorded.
+    /// The program that computes these nodes, and nothing else, from the graph being recorded.
     #[must_use]
     pub fn compile(outputs: &[(Node, Target)]) -> Self {
         let nodes = outputs.iter().map(|&(node, _)| node);
@@ -118,7 +118,7 @@ impl Program {
         for Stage { ends, repetition } in stages(&ops, &repetitions, &ends) {
             let steps = fuse(&ops, &ends, units);
             let steps = schedule(plain(chain(without_negatives(steps, units), &ends), units));
-            // Later stages read it and do not make it.
+            // Later stages read these nodes and do not recompute them.
             ends.iter().for_each(|end| ops[end.index()] = Op::Variable(0));
             let repetition = repetition.map(|number| Repeated::new(&ops, &repetitions, number));
             runs.push(Run { steps, repetition });
@@ -139,7 +139,7 @@ impl Program {
         self.constants.len() + self.given.len()
     }
 
-    /// How many operations one knot takes, those that are repeated counted once.
+    /// How many operations one knot takes, counting repeated ones once.
     pub fn len(&self) -> usize {
         self.operations
     }
@@ -159,12 +159,12 @@ struct Run {
 /// A repetition with the nodes that are its results.
 struct Repeated {
     repetition: Repetition,
-    /// The result of each variable, if anything asks for it.
+    /// The result of each variable, if anything reads it.
     results: Vec<Option<Node>>,
 }
 
 impl Repeated {
-    /// Nodes count as what is behind them.
+    /// Opaque nodes are replaced by the nodes behind them.
     fn new(ops: &[Op], repetitions: &[Repetition], number: usize) -> Self {
         let mut repetition = repetitions[number].clone();
         repetition.start.iter_mut().chain(&mut repetition.next).for_each(|node| *node = behind(ops, *node));
@@ -181,13 +181,13 @@ impl Repeated {
 }
 
 impl Run {
-    /// How many places it takes: of its instructions, and of the beginning and the end where it is a repetition.
+    /// How many places it takes: one per instruction, and for a repetition also one for its beginning and one for its end.
     fn places(&self) -> usize {
         self.steps.len() + 2 * usize::from(self.repetition.is_some())
     }
 
-    /// What its instructions read and do not make; of a repetition, which needs it from its beginning to its end, its
-    /// variables too.
+    /// What its instructions read but do not compute; for a repetition, which needs it from beginning to end, also its
+    /// variables.
     fn reads_from_outside(&self) -> BTreeSet<Node> {
         let made: HashSet<Node> = self.steps.iter().flat_map(|step| [Some(step.to), step.second]).flatten().collect();
         let variables = self.repetition.iter().flat_map(|repeated| repeated.repetition.variables.iter().copied());
@@ -195,7 +195,7 @@ impl Run {
     }
 }
 
-/// Which slot holds which node, and until when.
+/// Which slot holds which node, and how long.
 struct Slots {
     constants: Vec<f64>,
     given: Vec<usize>,
@@ -205,7 +205,7 @@ struct Slots {
     last: Table<usize>,
     free: Vec<usize>,
     next: usize,
-    /// How many slots hold inputs, which stay.
+    /// The number of slots that hold inputs, which are never freed.
     inputs: usize,
 }
 
@@ -274,13 +274,13 @@ impl Slots {
         slot as u32
     }
 
-    /// The instructions of a run, which begins at a place.
+    /// The instructions of a run that begins at `place`.
     fn part(&mut self, run: &Run, place: &mut usize) -> Part {
         let mut part = Part { rounds: rounds(&run.steps), ..Part::default() };
         part.instructions.reserve(4 * run.steps.len());
         if let Some(Repeated { repetition, .. }) = &run.repetition {
             let start: Vec<_> = repetition.start.iter().map(|&node| self.of(node)).collect();
-            // Before what they begin with is let go: it may be what several begin with.
+            // Before the slots of the initial values are freed: several variables may share one initial value.
             let variables = repetition.variables.iter().map(|&node| self.take(node) as usize);
             let start = variables.zip(start).collect();
             part.again = Some(Again { start, next: Vec::new(), most: repetition.most });
@@ -322,7 +322,7 @@ impl Slots {
         let mut operands = step.operands.map(|node| node.map_or(0, |node| self.of(node) as u32));
         step.reads().for_each(|node| self.let_go(node, place));
         let to = self.take(step.to);
-        // In the place of the third operand, which it has not.
+        // Stored in place of the third operand, which this kind does not have.
         if step.kind == Kind::SinCos {
             operands[2] = step.second.map_or(to, |second| self.take(second));
         }
@@ -372,7 +372,7 @@ mod tests {
         assert_eq!(kinds(|[a, b, ..]| b - a * 2.0), [Kind::MulAdd], "constants are negated at no cost");
     }
 
-    /// A factor of several products that are taken off is negated once.
+    /// The common factor of several subtracted products is negated once.
     #[test]
     fn the_factor_that_most_want_is_negated() {
         let count = |kinds: Vec<Kind>| kinds.len();

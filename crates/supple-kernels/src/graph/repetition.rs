@@ -1,9 +1,9 @@
-//! Arithmetic that runs again and again, and what a program runs before and after it.
+//! Repeated arithmetic, and what a program runs before and after it.
 
 use super::node::{Node, Op, Repetition};
 use super::schedule::behind;
 
-/// Which repetition each of some operations is part of: what is made of its variables.
+/// For each operation, the repetition that it is part of: those that depend on its variables.
 pub(super) fn bodies(ops: &[Op], repetitions: &[Repetition]) -> Vec<Option<usize>> {
     let mut bodies: Vec<Option<usize>> = vec![None; ops.len()];
     for (number, repetition) in repetitions.iter().enumerate() {
@@ -15,17 +15,17 @@ pub(super) fn bodies(ops: &[Op], repetitions: &[Repetition]) -> Vec<Option<usize
     bodies
 }
 
-/// Operations that a program runs one after the other, once or again and again.
+/// Operations that a program runs in sequence, once or repeatedly.
 #[derive(Debug)]
 pub(super) struct Stage {
-    /// What is read after it, or at its end, in the order in which it was recorded.
+    /// Nodes that are read after this stage, or at its end, in the order in which they were recorded.
     pub ends: Vec<Node>,
-    /// The number of the repetition that it is.
+    /// The number of the repetition, if the stage is one.
     pub repetition: Option<usize>,
 }
 
-/// What a program for `ends` runs, in this order: each repetition after all that it reads and before all that reads its
-/// results. What several stages read is made by the first of them.
+/// The stages of a program for `ends`, in order: each repetition after everything that it reads and before everything that
+/// reads its results. What several stages read is computed by the first of them.
 pub(super) fn stages(ops: &[Op], repetitions: &[Repetition], ends: &[Node]) -> Vec<Stage> {
     if repetitions.is_empty() {
         return vec![Stage { ends: ends.to_vec(), repetition: None }];
@@ -33,7 +33,7 @@ pub(super) fn stages(ops: &[Op], repetitions: &[Repetition], ends: &[Node]) -> V
     let bodies = bodies(ops, repetitions);
     let begins = begins(ops, repetitions);
     let (mut runs, mut last) = (vec![false; repetitions.len()], 0);
-    // Before which repetitions each operation runs: before those that begin at this level; none of what nothing needs.
+    // The level of the repetitions before which each operation runs; `None` for unused operations.
     let mut level: Vec<Option<usize>> = vec![None; ops.len()];
     let mut reads: Vec<(Node, Option<Node>)> = ends.iter().map(|&end| (end, None)).collect();
     let end_level = begins.iter().map(|begin| begin + 1).max().unwrap_or(0);
@@ -78,7 +78,7 @@ pub(super) fn stages(ops: &[Op], repetitions: &[Repetition], ends: &[Node]) -> V
     stages
 }
 
-/// After how many others, of those that it reads, each repetition begins.
+/// For each repetition, the length of the chain of repetitions that it depends on.
 fn begins(ops: &[Op], repetitions: &[Repetition]) -> Vec<usize> {
     let (mut after, mut begins) = (vec![0; ops.len()], vec![0; repetitions.len()]);
     for (i, &op) in ops.iter().enumerate() {

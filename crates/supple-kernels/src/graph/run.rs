@@ -6,12 +6,12 @@ use crate::Single as _;
 use crate::pair::Pair;
 use crate::{Job, LANES, Lanes, Matrices, Scalar, Scratch, dispatch};
 
-/// What a program reads at its knots: matrices, from the knot itself or from one further on.
+/// What a program reads at its knots: matrices, from the knot itself or from a later one.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
     /// The matrices.
     pub matrices: &'a Matrices,
-    /// How many knots further on they are read.
+    /// How many knots later they are read.
     pub shift: usize,
 }
 
@@ -33,9 +33,9 @@ pub struct Batch {
 impl Program {
     /// Runs the program at every knot of a batch, several at a time. Its only sink is `sink`.
     ///
-    /// Results with [`Target::Sum`] are added to `sums` in the order of the knots. Long work without them is shared by
-    /// the threads of the current pool: the results are the same whatever their number. Allocates nothing once
-    /// `scratch` has been used, but for what threads need.
+    /// Results with [`Target::Sum`] are added to `sums` in the order of the knots. Long work without sums is divided among
+    /// the threads of the current pool: the results do not depend on their number. Allocates nothing once
+    /// `scratch` has been used, except for what threads need.
     pub fn run(
         &self,
         batch: Batch,
@@ -59,7 +59,7 @@ impl Program {
         }
     }
 
-    /// Halves the knots among threads until there is little left to do.
+    /// Splits the knots in halves among threads until the parts are small.
     fn share(&self, batch: Batch, given: (&[Source], &[f64]), sink: Sink) {
         if !self.is_shared(batch) {
             let (sources, parameters) = given;
@@ -80,7 +80,7 @@ impl Program {
         );
     }
 
-    /// Whether two threads are better than one for a batch: there is enough to do, and more than the lanes take at once.
+    /// Whether two threads are faster than one for a batch: enough work, and more knots than the lanes process at once.
     fn is_shared(&self, batch: Batch) -> bool {
         batch.count > 2 * LANES && self.len().saturating_mul(batch.count) >= 2 * SHARE
     }
@@ -90,7 +90,7 @@ impl Program {
         SINGLE.with_borrow_mut(|scratch| self.with_parameters(parameters, scratch).run(sources, sinks));
     }
 
-    /// The program for one knot after the other, with the same parameters.
+    /// Prepares to run the program at one knot at a time, with the same parameters.
     pub fn with_parameters<'a>(&'a self, parameters: &[f64], scratch: &'a mut Scratch) -> OneByOne<'a> {
         assert!(self.parameters <= parameters.len(), "all that is read is given");
         // SAFETY: every slot is written before it is read.
@@ -100,7 +100,7 @@ impl Program {
     }
 }
 
-/// A [`Program`] for one knot after the other.
+/// A [`Program`] to be run at one knot at a time.
 #[derive(Debug)]
 pub struct OneByOne<'a> {
     program: &'a Program,
@@ -115,7 +115,7 @@ impl OneByOne<'_> {
     }
 }
 
-/// Operations that are worth a thread's while.
+/// The least number of operations worth moving to another thread.
 const SHARE: usize = 1_000_000;
 
 /// The matrices that a batch writes to, and how many numbers each has.
@@ -124,7 +124,7 @@ struct Sink<'a> {
     size: usize,
 }
 
-/// Does the arithmetic, all inputs being in their slots. `is_above` says whether any of the numbers is above 0.
+/// Does the arithmetic, with all inputs in their slots. `is_above` returns whether any of the numbers is above 0.
 #[inline(always)]
 fn execute<V: Scalar>(program: &Program, slots: &mut [V], is_above: impl Fn(V) -> bool) {
     assert!(program.slots <= slots.len());
@@ -148,7 +148,7 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V], is_above: impl Fn(V) -
     }
 }
 
-/// The same for one part of a program, of which there are slots enough.
+/// The same for one part of a program, with enough slots.
 #[inline(always)]
 fn execute_part<V: Scalar>(part: &Part, slots: &mut [V]) {
     let base = slots.as_mut_ptr();
@@ -173,7 +173,7 @@ fn execute_part<V: Scalar>(part: &Part, slots: &mut [V]) {
                     slot!(to) = $value;
                 }
             }
-            // Fewer than four: two branches instead of a loop whose end is seldom foreseen.
+            // Fewer than four: two branches instead of a loop whose end is rarely predicted.
             let (two, one) = odd.as_chunks::<2>();
             if let [two] = two {
                 for &[to, $($operand),*] in two {
@@ -310,7 +310,7 @@ fn is_above<L: Lanes>(values: L) -> bool {
     values.to_array().iter().any(|&value| value > 0.0)
 }
 
-/// Puts a result of the `count` knots from `start` of the batch on where it belongs.
+/// Writes a result of the `count` knots from `start` of the batch on to its target.
 #[inline(always)]
 fn scatter<L: Lanes>(target: Target, values: L, (start, count): (usize, usize), sink: &mut Sink, sums: &mut [f64]) {
     let values = values.to_array();
@@ -335,7 +335,7 @@ fn scatter<L: Lanes>(target: Target, values: L, (start, count): (usize, usize), 
     }
 }
 
-/// Entry `offset` of the matrices of all knots of a block in the lanes, missing ones repeating the last.
+/// Entry `offset` of the matrices of all knots of a block in the lanes, with missing ones repeating the last.
 #[inline(always)]
 fn gather<L: Lanes>(source: &Source, first: usize, count: usize, offset: usize) -> L {
     let size = source.matrices.rows() * source.matrices.stride();
@@ -388,7 +388,7 @@ mod tests {
     use super::*;
     use crate::graph::{Node, record};
 
-    /// Threads help where there are more knots than lanes take at once, and two million operations.
+    /// Threads are used if there are more knots than the lanes process at once, and two million operations.
     #[test]
     fn only_long_work_is_shared() {
         let program = record(|| {

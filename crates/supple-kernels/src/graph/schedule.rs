@@ -4,7 +4,7 @@ use std::collections::{BinaryHeap, HashSet};
 use super::node::{Map, Node, Op, Table};
 use crate::Scalar;
 
-/// What an instruction does. The first [`ARITHMETIC`] are nearly all instructions.
+/// The operation of an instruction. The first [`ARITHMETIC`] kinds make up nearly all instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Kind {
     /// `a + b`
@@ -19,7 +19,7 @@ pub(super) enum Kind {
     Mul3,
     /// `a b + c`
     MulAdd,
-    /// `d e + (a b + c)`: what is between is never stored.
+    /// `d e + (a b + c)`: the intermediate result is never stored.
     MulAdd2,
     /// `f g + (d e + (a b + c))`
     MulAdd3,
@@ -40,11 +40,11 @@ pub(super) enum Kind {
 /// How many kinds there are.
 const KINDS: usize = Kind::Select as usize + 1;
 
-/// Kinds that a program runs one after the other, in their order, before it asks which other kind is next.
+/// The number of kinds that a program runs in a fixed order before it checks which other kind is next.
 pub(super) const ARITHMETIC: usize = 8;
 
 impl Kind {
-    /// Its place among the [`ARITHMETIC`]; none of the others.
+    /// Its position among the [`ARITHMETIC`] kinds; `None` for the others.
     pub fn arithmetic(self) -> Option<usize> {
         let place = self as usize;
         (place < ARITHMETIC).then_some(place)
@@ -59,7 +59,7 @@ impl Kind {
         }
     }
 
-    /// How many places an instruction names: of its result, and of its operands or its second result.
+    /// How many slots an instruction refers to: its result, and its operands or second result.
     pub fn places(self) -> usize {
         let without_term = matches!(self, Self::Add | Self::Sub | Self::Mul | Self::Mul2 | Self::Mul3);
         2 + 2 * self.operations() - usize::from(without_term)
@@ -79,7 +79,7 @@ impl Kind {
         }
     }
 
-    /// The kind that does one product more, where there is one.
+    /// The kind with one more product, if there is one.
     fn with_product(self) -> Option<Self> {
         match self {
             Self::MulAdd => Some(Self::MulAdd2),
@@ -100,7 +100,7 @@ pub(super) struct Step {
     /// The second result, of those that have one.
     pub second: Option<Node>,
     pub operands: [Option<Node>; OPERANDS],
-    /// Whether the product counts with the opposite sign: so until [`without_negatives`].
+    /// Whether the product is subtracted; resolved by [`without_negatives`].
     pub negative: bool,
 }
 
@@ -117,7 +117,7 @@ fn padded<const N: usize>(given: [Option<Node>; N]) -> [Option<Node>; OPERANDS] 
     operands
 }
 
-/// What stands behind opaque nodes.
+/// The node behind opaque nodes.
 pub(super) fn behind(ops: &[Op], mut node: Node) -> Node {
     while let Op::Opaque(a, _) = ops[node.index()] {
         node = a;
@@ -130,7 +130,7 @@ pub(super) fn results(ops: &[Op], ends: impl Iterator<Item = Node>) -> Vec<Node>
     ends.map(|end| behind(ops, end)).collect()
 }
 
-/// How often each node is read, those that `ends` do not need never.
+/// How often each node is read; 0 for nodes that `ends` do not need.
 fn count_uses(ops: &[Op], ends: &[Node]) -> Vec<u32> {
     let len = ends.iter().map(|node| node.index() + 1).max().unwrap_or(0);
     let mut uses = vec![0; len];
@@ -147,8 +147,8 @@ fn count_uses(ops: &[Op], ends: &[Node]) -> Vec<u32> {
     uses
 }
 
-/// The instructions that the nodes `ends` need, in the order in which they were recorded; a product that is only added
-/// to something is fused with the addition.
+/// The instructions that the nodes `ends` need, in recording order; a product whose only use is in an addition
+/// is fused with it.
 pub(super) fn fuse(ops: &[Op], ends: &[Node], units: Units) -> Vec<Step> {
     let uses = count_uses(ops, ends);
     let mut fused = vec![false; uses.len()];
@@ -156,7 +156,7 @@ pub(super) fn fuse(ops: &[Op], ends: &[Node], units: Units) -> Vec<Step> {
     for i in (0..uses.len()).filter(|&i| uses[i] > 0) {
         if let Op::Add(a, b) | Op::Sub(a, b) = ops[i] {
             let terms = [b, a].map(|node| behind(ops, node));
-            // Of a difference only what is taken off can be a product.
+            // In a difference only the subtrahend can be a fused product.
             let terms = if matches!(ops[i], Op::Add(..)) { &terms[..] } else { &terms[..1] };
             let lone = |node: &&Node| matches!(ops[node.index()], Op::Mul(..)) && uses[node.index()] == 1;
             if let Some(product) = terms.iter().find(lone) {
@@ -230,7 +230,7 @@ pub(super) struct Units {
     pub minus_one: Node,
 }
 
-/// The same instructions without negative products: one factor of each is negated beforehand, once for all.
+/// The same instructions without negative products: one factor of each is negated beforehand, and shared.
 pub(super) fn without_negatives(steps: Vec<Step>, units: Units) -> Vec<Step> {
     let mut wanted: Table<usize> = Table::new();
     for step in steps.iter().filter(|step| step.negative) {
@@ -246,14 +246,14 @@ pub(super) fn without_negatives(steps: Vec<Step>, units: Units) -> Vec<Step> {
     let mut out = Vec::with_capacity(steps.len());
     for mut step in steps {
         if let (true, [Some(a), Some(b), c, ..]) = (step.negative, step.operands) {
-            // Constants cost nothing; else the factor that most others want.
+            // Negating a constant is free; otherwise prefer the factor that most other products need.
             let rank = |node: Node| (node.known().is_some(), negated.get(node).is_some(), wanted.get(node));
             let (factor, other) = if rank(b) > rank(a) { (b, a) } else { (a, b) };
             let negative = match factor.known() {
                 Some(value) => Node::constant(-value),
                 None => negated.get(factor).unwrap_or_else(|| {
                     let to = factor.negative();
-                    // One that the graph has already stands further on, perhaps; it may be made twice.
+                    // The graph may already contain this negative later on; it may then be computed twice.
                     let to = if made.get(to).is_some() { to.opaque() } else { to };
                     let operands = padded([Some(factor), Some(units.minus_one), Some(units.zero)]);
                     out.push(Step { kind: Kind::MulAdd, to, second: None, operands, negative: false });
@@ -269,8 +269,8 @@ pub(super) fn without_negatives(steps: Vec<Step>, units: Units) -> Vec<Step> {
     out
 }
 
-/// The same instructions, with sums of products that nothing else reads until they are complete as one instruction each, of
-/// so many products as there are kinds for. The order of the arithmetic stays.
+/// The same instructions, with sums of products whose partial sums have no other use merged into one instruction each, for
+/// as many products as the kinds allow. The order of the arithmetic is unchanged.
 pub(super) fn chain(steps: Vec<Step>, ends: &[Node]) -> Vec<Step> {
     let mut uses: Table<u32> = Table::new();
     for node in steps.iter().flat_map(Step::reads).chain(ends.iter().copied()) {
@@ -297,7 +297,7 @@ pub(super) fn chain(steps: Vec<Step>, ends: &[Node]) -> Vec<Step> {
     out.into_iter().flatten().collect()
 }
 
-/// The same instructions, with those of fewer operands that do the same: what is multiplied by 1 or added to 0 is not read.
+/// The same instructions, reduced to kinds with fewer operands if equivalent: factors 1 and terms 0 are not read.
 pub(super) fn plain(mut steps: Vec<Step>, Units { zero, one, minus_one }: Units) -> Vec<Step> {
     for step in &mut steps {
         let [a, b, c, ..] = step.operands;
@@ -320,8 +320,8 @@ pub(super) fn plain(mut steps: Vec<Step>, Units { zero, one, minus_one }: Units)
     steps
 }
 
-/// Makes sine and cosine of one angle the two results of one instruction. An opaque node is an angle of its own: its
-/// sine is another node than that of what stands behind it.
+/// Merges sine and cosine of one angle into one instruction with two results. An opaque node counts as a separate angle:
+/// its sine differs from that of the node behind it.
 fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
     let used = ops[..uses.len()].iter().enumerate().filter(|&(i, _)| uses[i] > 0);
     let sines: Map<Node, Node> = used
@@ -340,9 +340,9 @@ fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
     }
 }
 
-/// The same instructions in an order in which a processor waits little. Of those that are ready at a time the most urgent is
-/// first: the one from which it takes longest to the end. So that loops over a kind are long and programs seldom begin the
-/// kinds anew, one of the same kind as the last counts as more urgent by [`SAME_WORTH`], and one of a later kind by
+/// The same instructions in an order in which a processor rarely stalls. Of the instructions ready at a time the most urgent
+/// is first: the one with the longest path to the end. To keep loops over a kind long, and restarts of the sequence of
+/// kinds rare, an instruction of the same kind as the last counts as more urgent by [`SAME_WORTH`], one of a later kind by
 /// [`LATER_WORTH`].
 pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
     let mut made = Table::new();
@@ -352,7 +352,7 @@ pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
     let readers = Readers::of(&steps, &made);
     let mut waits_for: Vec<usize> =
         steps.iter().map(|step| step.reads().filter(|&node| made.get(node).is_some()).count()).collect();
-    // How long it takes from the start of each to the end of all that need it. Operands stand before what reads them.
+    // The time from the start of each to the end of all that depend on it. Operands come before their readers.
     let mut urgency = vec![0; steps.len()];
     for (i, step) in steps.iter().enumerate().rev() {
         let after = readers.of_step(i).iter().map(|&reader| urgency[reader]).max().unwrap_or(0);
@@ -377,11 +377,11 @@ pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
     order
 }
 
-/// Cycles: of several that were tried, those with which robots' programs are fastest.
+/// Cycles: the fastest for robots' programs among several values tried.
 const SAME_WORTH: usize = 100;
 const LATER_WORTH: usize = 50;
 
-/// Cycles that a change of kinds takes.
+/// Cycles that a change of kind costs.
 const SWITCH: usize = 8;
 
 /// Which instructions read the results of each.
@@ -415,15 +415,15 @@ impl Readers {
     }
 }
 
-/// A processor that runs one instruction after the other, and what it could run next.
+/// A processor that runs one instruction at a time, and the instructions it could run next.
 struct Clock {
     now: usize,
     last: Option<Kind>,
-    /// By kind, those whose operands are there: the most urgent on top, of equals the first recorded.
+    /// By kind, instructions whose operands are ready: the most urgent on top, then in recording order.
     ready: [BinaryHeap<(usize, Reverse<usize>)>; KINDS],
-    /// A bit for every kind of which there are any.
+    /// A bit for every kind that has ready instructions.
     occupied: u32,
-    /// Those whose operands are there from a time on.
+    /// Instructions whose operands become ready at a later time.
     coming: BinaryHeap<Reverse<(usize, usize)>>,
 }
 

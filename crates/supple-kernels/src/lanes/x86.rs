@@ -39,8 +39,8 @@ macro_rules! lanes {
                 unsafe fn run<J: Job>(job: J) -> J::Output {
                     job.run::<$name>()
                 }
-                // Compilers heed `inline(never)` of functions without instructions of their own only, and copy none that
-                // have some into one without.
+                // Compilers heed `inline(never)` only on functions without target features, and do not inline those with
+                // target features into functions without.
                 #[inline(never)]
                 fn alone<J: Job>(job: J) -> J::Output {
                     // SAFETY: instructions as in `neg`.

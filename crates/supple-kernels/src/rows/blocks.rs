@@ -27,8 +27,8 @@ pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     run_mirror::<L, R>(a, n, true);
 }
 
-/// As [`mirror`] of a matrix with zeros right of it, whose numbers were stored one by one just before: where that is faster,
-/// they are not loaded as lanes, for which processors wait then.
+/// As [`mirror`], for a matrix that is zero-padded on the right and whose numbers were just stored one by one: avoids
+/// vector loads where these would stall on such stores.
 #[inline(always)]
 pub fn mirror_single<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     run_mirror::<L, R>(a, n, false);
@@ -143,7 +143,7 @@ fn square(a: ViewMut, n: usize) -> Option<Place> {
     (n > 0).then_some(Place { at: a.numbers.as_mut_ptr(), stride: a.stride })
 }
 
-/// How many of some numbers fill whole blocks, where these pay.
+/// How many of `len` numbers fill whole blocks, if blocks pay off; 0 otherwise.
 #[inline(always)]
 fn whole<L: Lanes>(len: usize) -> usize {
     if L::WIDE { len - len % LANES } else { 0 }
@@ -180,7 +180,7 @@ impl Job for Transpose {
     }
 }
 
-/// Up to so many rows entries are moved in less time than blocks.
+/// Up to this many rows, moving entries is faster than moving blocks.
 const FEW: usize = 3;
 
 #[derive(Clone, Copy)]
@@ -223,7 +223,7 @@ impl Mirror {
                     column += LANES;
                 }
                 let mut block = load_block::<L>(kept.add(first), stride, rows);
-                // With zeros right of the matrix, where there are no rows.
+                // Zero-padded on the right of the matrix, where there are no rows.
                 let transposed = L::transposed(block);
                 for i in 0..LANES {
                     block[i] = block[i].followed_by(transposed[i], i + 1);
@@ -243,7 +243,7 @@ impl Mirror {
         let Self { a, n, clear } = self;
         // SAFETY: the caller's.
         unsafe {
-            // First, as processors wait where lanes are loaded soon after single numbers are stored there.
+            // First, because processors stall if lanes are loaded soon after single numbers are stored there.
             if clear && !n.is_multiple_of(LANES) {
                 let last = n / LANES * LANES;
                 for row in 0..n {

@@ -6,14 +6,14 @@ use super::solve::Block;
 use super::{FEW, Long, Rows, ViewMut, add_scaled, scale};
 use crate::{Job, LANES, Lanes, dispatch, halt, math, padded};
 
-/// Factorisations of larger orders end once a stop is requested.
+/// Factorisations of larger orders check for a stop request.
 const LARGE: usize = 1000;
 
-/// Factors a symmetric positive definite matrix in place: `a = U' U`, `U` upper triangular. The lower triangle is read, and
-/// `U` takes the place of the upper one; numbers below the diagonal of its blocks of eight by eight are lost.
+/// Factors a symmetric positive definite matrix in place: `a = U' U`, `U` upper triangular. Reads the lower triangle;
+/// `U` overwrites the upper one, and numbers below the diagonal in its diagonal blocks of eight by eight are lost.
 ///
-/// Of rows wider than the matrix `width` numbers count: those right of the padded matrix become `U'^-1` times what they
-/// were. Receives the reciprocals of the diagonal of `U`.
+/// If rows are wider than the matrix, `width` numbers of each are used: those right of the padded matrix become `U'^-1`
+/// times their old values. `reciprocals` receives the reciprocals of the diagonal of `U`.
 ///
 /// # Errors
 /// `Err(i)` where the leading minor of order `i + 1` is not positive.
@@ -26,7 +26,7 @@ pub fn factor<L: Lanes, R: Rows>(a: ViewMut, n: usize, width: usize, reciprocals
     }
 }
 
-/// As [`factor`] of long rows, the upper triangle being read.
+/// As [`factor`] for long rows, but reads the upper triangle.
 ///
 /// # Errors
 /// As [`factor`].
@@ -43,8 +43,8 @@ fn run<L: Lanes>(job: Factor) -> Result<(), usize> {
     L::apart(job)
 }
 
-/// As [`factor`], outside of sweeps, in the lower triangle: `a = G G'`, `G` lower triangular. The upper triangle may be
-/// overwritten.
+/// As [`factor`], for use outside of sweeps, in the lower triangle: `a = G G'`, `G` lower triangular. The upper triangle may
+/// be overwritten.
 ///
 /// # Errors
 /// As [`factor`].
@@ -104,7 +104,7 @@ fn by_entries(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
     Ok(())
 }
 
-/// As [`factor`], of a matrix in one set of lanes, one row after the other.
+/// Like [`factor`], for a matrix in one set of lanes, one row after the other.
 #[inline(always)]
 fn by_rows<L: Lanes>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
     let ViewMut { numbers: a, stride } = a;
@@ -160,7 +160,7 @@ struct Factor<'a> {
 impl Job for Factor<'_> {
     type Output = Result<(), usize>;
 
-    /// Eight rows at a time: what those above take from them, the block on the diagonal, and what is right of it.
+    /// Eight rows at a time: subtracts the contributions of those above, factors the diagonal block, and solves right of it.
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Self { a: ViewMut { numbers, stride }, n, width, given, reciprocals: kept } = self;
@@ -211,8 +211,8 @@ unsafe fn raise<L: Lanes>(a: *mut f64, stride: usize, first: usize, n: usize) {
     }
 }
 
-/// `U` of a block on the diagonal, in registers; the reciprocals of its diagonal. Roots are taken of all pivots together, so
-/// that no pivot waits for one. `Err(i)` where the `i`th is not positive.
+/// `U` of a diagonal block, in registers, and the reciprocals of its diagonal. All pivots' roots are taken together, so
+/// that no pivot waits for a root. `Err(i)` if the `i`th is not positive.
 ///
 /// # Safety
 /// There must be `size` rows of eight numbers.

@@ -1,14 +1,14 @@
-//! Hints to the processor about numbers that are used soon.
+//! Prefetch hints for numbers that are used soon.
 
 use crate::LANES;
 
-/// Asks for numbers that are used soon, so that they are near when they are.
+/// Prefetches numbers that are used soon.
 #[inline(always)]
 pub fn fetch(numbers: &[f64]) {
     ask::<NEAR>(numbers.as_ptr(), numbers.len());
 }
 
-/// As [`fetch`], of the lower triangle of a matrix with this stride.
+/// Like [`fetch`], for the lower triangle of a matrix with this stride.
 #[inline(always)]
 pub fn fetch_lower(a: &[f64], stride: usize) {
     for (i, row) in a.chunks(stride).enumerate() {
@@ -16,13 +16,13 @@ pub fn fetch_lower(a: &[f64], stride: usize) {
     }
 }
 
-/// Asks for numbers, so that they are in the nearest memory once a loop has run.
+/// Prefetches numbers into the nearest cache, for use after a loop.
 #[inline(always)]
 pub(super) fn ask_nearest(from: *const f64, len: usize) {
     ask::<NEAREST>(from, len);
 }
 
-/// Hints of processors: the first of their own memories, and the second.
+/// Prefetch hints: the first-level cache, and the second-level cache.
 const NEAREST: i32 = 3;
 
 const NEAR: i32 = 2;

@@ -3,9 +3,9 @@
 //! Every matrix is row-major with a stride that is a multiple of [`LANES`], and zero padding; kernels read and write whole
 //! rows, so padding stays zero.
 //!
-//! Each kernel takes two types: the lanes, and how long rows are. For [`Short`] rows kernels are copied into their callers;
-//! for [`Long`] ones they are functions that are compiled once for each set of lanes, which costs a call. For [`Medium`]
-//! rows, where a call is a large part of a product, products are copied and factors and solves are called.
+//! Each kernel has two type parameters: the lanes, and the row length. For [`Short`] rows kernels are inlined into callers;
+//! for [`Long`] ones they are functions that are compiled once for each set of lanes, at the cost of a call. For [`Medium`]
+//! rows, where a call is a large part of a product, products are inlined, and factors and solves are called.
 
 mod blocks;
 mod cholesky;
@@ -30,14 +30,14 @@ pub use vector::{add_scaled, clear_beyond, combine, dot, scale};
 pub trait Rows: Copy + std::fmt::Debug + 'static {
     /// Whether every row is one set of lanes.
     const SHORT: bool;
-    /// Whether products are functions to call.
+    /// Whether products are separate functions rather than inlined.
     const CALLED: bool;
 
     /// The stride of rows of `len` numbers.
     fn stride(len: usize) -> usize;
 }
 
-/// Every row is one set of lanes, whether it is used up or not: strides are known to the compiler.
+/// Every row is one set of lanes, even if not full: strides are known to the compiler.
 #[derive(Clone, Copy, Debug)]
 pub struct Short;
 
@@ -114,13 +114,13 @@ impl<'a> ViewMut<'a> {
     }
 }
 
-/// Whether there are so many rows of this width.
+/// Whether `numbers` holds this many rows of this width.
 #[inline(always)]
 fn holds(numbers: &[f64], stride: usize, (rows, width): (usize, usize)) -> bool {
     rows == 0 || numbers.len() >= (rows - 1) * stride + width
 }
 
-/// Orders up to which medium matrices are factored, and solved with, in their callers.
+/// Largest order up to which medium matrices are factored and solved inline.
 const FEW: usize = 4;
 
 #[cfg(test)]

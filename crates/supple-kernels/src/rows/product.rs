@@ -2,7 +2,7 @@ use super::fetch::ask_nearest;
 use super::{Rows, View, ViewMut, holds};
 use crate::{Job, LANES, Lanes, padded};
 
-/// The left factor of a product. A symmetric one is best given as its transpose, whose products take fewer instructions.
+/// The left factor of a product. A symmetric one is best passed as its transpose, which takes fewer instructions.
 #[derive(Clone, Copy, Debug)]
 pub struct Left<'a> {
     data: &'a [f64],
@@ -95,7 +95,7 @@ impl<'a> Product<'a> {
         (base.numbers.as_ptr(), base.stride)
     }
 
-    /// `out = base + sign left right`, without the base where it is null; every number of a base exists.
+    /// `out = base + sign left right`, without the base if it is null; a base must be readable in full.
     #[inline(always)]
     fn run<L: Lanes, R: Rows>(self, part: Part, out: ViewMut, base: (*const f64, usize), sign: f64) {
         let Self { left, right, rows, inner, width } = self;
@@ -165,7 +165,7 @@ impl Lower<'_> {
     }
 }
 
-/// What is multiplied; every entry that is named exists.
+/// The factors; every entry addressed must exist.
 #[derive(Clone, Copy)]
 struct Factors {
     left: *const f64,
@@ -229,7 +229,7 @@ impl<const TRANSPOSED: bool> Job for Blocks<TRANSPOSED> {
 /// `to -= left right` of `(rows, inner, width)`, `right` and `to` with the same stride.
 ///
 /// # Safety
-/// All numbers must exist; those of `to` are none of `left` and `right`.
+/// All numbers must exist; `to` must not overlap `left` or `right`.
 #[inline(always)]
 pub(super) unsafe fn subtract_product<L: Lanes, const TRANSPOSED: bool>(
     (to, stride): (*mut f64, usize),
@@ -244,11 +244,11 @@ pub(super) unsafe fn subtract_product<L: Lanes, const TRANSPOSED: bool>(
     L::apart(Blocks::<TRANSPOSED>(work));
 }
 
-/// Terms of a sum from which what it is added to is fetched meanwhile.
+/// The number of terms from which the output is prefetched during the sum.
 const LONG: usize = 16;
 
 impl Work {
-    /// Short and medium rows, in as little code as is fast.
+    /// Short and medium rows, with as little code as possible without loss of speed.
     ///
     /// # Safety
     /// As [`Product::run`] checks.
@@ -275,7 +275,7 @@ impl Work {
         }
     }
 
-    /// `C` lanes of columns from `column` on, four rows at a time from `row` on, and those left one by one or together.
+    /// `C` lanes of columns from `column` on, four rows at a time from `row` on, then the rest one by one or together.
     ///
     /// # Safety
     /// As [`Product::run`] checks.

@@ -15,31 +15,31 @@ pub struct Factored<'a> {
     pub n: usize,
 }
 
-/// Solves `U' X = B` in place, the first rows of `right` being those of `B`, as wide as they are apart.
+/// Solves `U' X = B` in place, where `B` is the first `n` rows of `right`, as wide as its stride.
 #[inline(always)]
 pub fn solve_lower<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
     apart(factored, right).forward::<L, R>();
 }
 
-/// Solves `U X = B` in place, the first rows of `right` being those of `B`, as wide as they are apart.
+/// Solves `U X = B` in place, where `B` is the first `n` rows of `right`, as wide as its stride.
 #[inline(always)]
 pub fn solve_upper<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
     apart(factored, right).backward::<L, R>();
 }
 
-/// As [`solve_lower`], with the rows of `U` and, from column `from` on, `width` numbers of those of `B` in the same matrix.
+/// As [`solve_lower`], with `U` and `B` in the rows of one matrix: `B` takes `width` numbers from column `from` on.
 #[inline(always)]
 pub fn solve_lower_beside<L: Lanes, R: Rows>(rows: ViewMut, n: usize, beside: (usize, usize), reciprocals: &[f64]) {
     together::<R>(rows, n, beside, reciprocals).forward::<L, R>();
 }
 
-/// As [`solve_upper`], with the rows of `U` and, from column `from` on, `width` numbers of those of `B` in the same matrix.
+/// As [`solve_upper`], with `U` and `B` in the rows of one matrix: `B` takes `width` numbers from column `from` on.
 #[inline(always)]
 pub fn solve_upper_beside<L: Lanes, R: Rows>(rows: ViewMut, n: usize, beside: (usize, usize), reciprocals: &[f64]) {
     together::<R>(rows, n, beside, reciprocals).backward::<L, R>();
 }
 
-/// A solve whose sizes are checked, `B` standing in the rows of `U`, from a column on with this width.
+/// A solve with checked sizes, with `B` stored in the rows of `U`, in `width` columns from a given one on.
 #[inline(always)]
 fn together<'a, R: Rows>(rows: ViewMut, n: usize, (from, width): (usize, usize), reciprocals: &'a [f64]) -> Solve<'a> {
     assert!(from >= R::stride(n) && from.is_multiple_of(LANES) && width.is_multiple_of(LANES));
@@ -114,7 +114,7 @@ impl Solve<'_> {
         }
     }
 
-    /// Row `i` of the solution, the lanes from `column` on, given others, whose factors are where `place` says.
+    /// Row `i` of the solution, the lanes from `column` on, given the other rows, whose factors are at `place`.
     ///
     /// # Safety
     /// All that is named must exist.
@@ -217,7 +217,7 @@ impl Block {
     /// Solves `U' X = B` in place for `width` columns.
     ///
     /// # Safety
-    /// The block and as many rows of so many numbers, `stride` apart, must exist.
+    /// The block, and as many rows of `width` numbers, `stride` apart, must exist.
     #[inline(always)]
     pub unsafe fn forward<L: Lanes>(&self, right: *mut f64, stride: usize, width: usize) {
         let mut column = 0;
@@ -300,7 +300,7 @@ impl Block {
         }
     }
 
-    /// A row of the solution from what is left of it.
+    /// Computes a row of the solution from its remainder.
     ///
     /// # Safety
     /// `C` lanes must be writable.

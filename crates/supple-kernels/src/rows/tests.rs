@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{Job, LANES, Lanes, Level, Matrices, dispatch, dispatch_portable};
 
-/// What a product does with what `out` held.
+/// How a product combines with the old contents of `out`.
 #[derive(Clone, Copy, Debug)]
 enum Way {
     Set,
@@ -158,7 +158,7 @@ proptest! {
         check_product((few, short, few.max(1)), seed, transposed, WAYS[which], true, Short);
     }
 
-    /// A factor and what stands beside it, solved on both sides.
+    /// A factor and the columns beside it, solved on both sides.
     #[test]
     fn factors_solve(n in 1..28usize, cols in 1..20usize, seed in 0..100usize) {
         check_solve(n, cols, seed, Long);
@@ -206,7 +206,7 @@ impl<R: Rows> Job for Solve<'_, R> {
 fn check_solve<R: Rows>(n: usize, cols: usize, seed: usize, _: R) {
     let (a, b, first) = (definite(n, seed), filled(n, cols, seed + 3), R::stride(n));
     for level in Level::ALL.into_iter().filter(|level| level.force()) {
-        // What stands below the matrix takes no part.
+        // Rows below the matrix are ignored.
         let mut beside = Matrices::zeros(1, n + LANES, first + cols);
         beside.as_mut_slice()[n * padded(first + cols)..].fill(5.0);
         for i in 0..n {
@@ -324,7 +324,7 @@ fn symmetry_and_transposes_at_every_level() {
         for (n, called) in [1, 2, 5, 8, 10, 13, 16, 24, 29].map(|n| [(n, true), (n, false)]).into_iter().flatten() {
             let (before, mut out) = (filled(n, n, 7), Matrices::zeros(1, n, n));
             let mut all = [before.clone(), before.clone(), before.clone(), before.clone()];
-            // What a product leaves right of a lower triangle.
+            // Simulates what a product leaves right of a lower triangle.
             all[1].as_mut_slice().iter_mut().filter(|entry| **entry == 0.0).for_each(|entry| *entry = 3.0);
             if called {
                 dispatch(All(&mut all, &mut out, Long));

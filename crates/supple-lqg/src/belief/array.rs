@@ -139,7 +139,7 @@ pub(super) fn sweep(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result
     Ok(())
 }
 
-/// From `P_t` to `Sigma_t` with the noise `V`; `None` where `V` is not positive definite or a number is not finite.
+/// From `P_t` to `Sigma_t` with the noise `V`; `None` if `V` is not positive definite or a number is not finite.
 pub(super) fn correct(t: usize, c: &DMatrix<f64>, v: &DMatrix<f64>, belief: &mut Belief) -> Option<()> {
     let corrected = Corrected::of(&root(&dense(&belief.predicted, t)), c, &cholesky(v)?)?;
     corrected.keep(t, belief);

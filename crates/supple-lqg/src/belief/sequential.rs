@@ -38,11 +38,11 @@ impl<R: Rows> Job for CorrectEach<'_, R> {
 /// `s` of `P`,
 ///
 /// ```text
-/// S = g_s + v      P <- P - g g' / S, of which row and column s are g v / S to the last digit
+/// S = g_s + v      P <- P - g g' / S; row and column s are set to g v / S exactly
 /// ```
 ///
-/// Stores `g` and `S` for the reverse sweep. For a group of measurements, first every `g` is computed as the preceding ones
-/// leave it; then `P`, stored as its lower triangle only, is updated once. `Err(i)` if the `i`th innovation variance is not
+/// Stores `g` and `S` for the reverse sweep. For a group of measurements, every `g` is computed first, given the preceding
+/// ones; then `P`, stored as its lower triangle only, is updated once. `Err(i)` if the `i`th innovation variance is not
 /// positive.
 #[inline(always)]
 fn correct<L: Lanes, R: Rows>(

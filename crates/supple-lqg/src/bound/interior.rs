@@ -111,7 +111,7 @@ pub(super) fn search(chain: &Chain, mut place: Place, target: f64, settings: &Bo
     Some(best)
 }
 
-/// The factor by which the barrier weight is lowered after a step of this length that leaves a residual of `far` times it.
+/// The factor applied to the barrier weight after a step of this length that leaves a residual of `far` times it.
 fn reduction(length: f64, far: f64) -> f64 {
     match far {
         _ if length < 0.5 => 1.0,

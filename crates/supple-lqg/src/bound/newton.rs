@@ -41,8 +41,8 @@ fn unpack(v: &[f64], n: usize) -> Dense {
     out
 }
 
-/// Adds `factor` times row `(i, j)` of the symmetric Kronecker product of `u` (theory, equation L.8) to the packed row,
-/// starting at column `from`: the row that maps `d` to entry `(i, j)` of `u d u'`. `u` is given by its rows.
+/// Adds `factor` times row `(i, j)` of the symmetric Kronecker product of `u` (theory, equation L.8), only its packed
+/// columns from triangle row `from` on: the row that maps `d` to entry `(i, j)` of `u d u'`. `u` is given by its rows.
 #[inline(always)]
 fn add_kronecker_row(out: &mut [f64], factor: f64, (left, right): (&[f64], &[f64]), from: usize) {
     let mut start = packed(from);

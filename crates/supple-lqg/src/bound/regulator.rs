@@ -1,4 +1,4 @@
-//! The optimal regulator of a system that does not change.
+//! The optimal regulator of a time-invariant system.
 
 use supple_kernels::{Matrices, halt};
 
@@ -9,10 +9,10 @@ use crate::Error;
 use crate::dense::{Dense, congruence, dense, semidefinite_root, store};
 
 impl Stationary {
-    /// That of `x+ = A x + B u + w`, `w` of covariance `process`, and the cost `1/2 z' L z` per step of `z = (x, u)`:
+    /// The problem `x+ = A x + B u + w`, `w` of covariance `process`, with the cost `1/2 z' L z` per step of `z = (x, u)`:
     /// `dynamics` is `[A, B]`, n x (n + m), and `cost` is `L`, (n + m) x (n + m), cross terms included.
     ///
-    /// Where several regulators keep the cost finite it is that of least cost, which need not keep states bounded that
+    /// If several regulators keep the cost finite, uses the one of least cost, which need not stabilise states that
     /// cost nothing (theory, equation L.14).
     ///
     /// # Errors
@@ -55,7 +55,7 @@ impl Stationary {
         Ok(Self { dynamics: system, process: process.clone(), price, base_cost: found.least, unpriced, costly })
     }
 
-    /// In coordinates of the states that cost something beyond rounding, where there are others.
+    /// The map to coordinates of the states that cost something beyond rounding; `None` if all states do.
     pub(super) fn quotient(&self) -> Option<Quotient> {
         if self.costly.rows() == 0 {
             return None;
@@ -64,7 +64,7 @@ impl Stationary {
     }
 }
 
-/// The least-cost regulator of `x+ = F z + w`, `w` of covariance `process`, (theory, equation L.14).
+/// The least-cost regulator of `x+ = F z + w`, where `w` has covariance `process` (theory, equation L.14).
 pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, Error> {
     let n = dynamics.nrows();
     let rows = costly(dynamics, cost, process);
@@ -76,7 +76,7 @@ pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Resu
         Err(Error::NoBound { .. }) => return all_of(dynamics, cost, process),
         found => found?,
     };
-    // What is left out, by columns, and what costs nothing of the others.
+    // The states left out, by columns, and those of the others that cost nothing.
     let beside = quotient.beside();
     let place = |i: usize| quotient.kept().iter().position(|&kept| kept == i);
     let unpriced = Dense::from_fn(n, beside.cols + found.unpriced.ncols(), |i, k| match k.checked_sub(beside.cols) {
@@ -93,7 +93,7 @@ pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Resu
     })
 }
 
-/// The same of all states.
+/// The regulator with no state left out.
 fn all_of(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, Error> {
     let SteadyLaw { s, price, least, unpriced } =
         steady_law(&matrix(dynamics), &matrix(cost), &matrix(process), &halt::is_requested).map_err(
@@ -113,7 +113,7 @@ fn all_of(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, 
     Ok(Regulator { s, price, least, unpriced, costly: Dense::zeros(0, dynamics.nrows()) })
 }
 
-/// What the optimal regulator costs.
+/// Costs under the optimal regulator.
 pub(super) struct Regulator {
     /// `S`.
     pub s: Dense,

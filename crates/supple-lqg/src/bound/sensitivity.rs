@@ -1,4 +1,4 @@
-//! How the minimum changes with the numbers of the problem: by the envelope theorem, from the dual point alone.
+//! Sensitivity of the minimum to the data of the problem: by the envelope theorem, from the dual point alone.
 
 use supple_kernels::Matrices;
 
@@ -7,25 +7,25 @@ use super::interior::Found;
 use super::reduce::Chain;
 use crate::dense::{Dense, dense, inverse_lower, store, symmetric};
 
-/// Derivatives of the minimum in nats, by the entries of each matrix: `dR = sum Tr(G' dM)`.
+/// Derivatives of the minimum, nats, with respect to the entries of each matrix: `dR = sum Tr(G' dM)`.
 ///
-/// Those by symmetric matrices are symmetric. Where directions were left out of the problem, because they are known or cost
-/// nothing, their derivatives are 0.
+/// Derivatives with respect to symmetric matrices are symmetric. For directions left out of the problem because they are
+/// known or cost nothing, the derivatives are 0.
 #[derive(Clone, Debug)]
 pub struct Sensitivity {
-    /// By `A_t`, n x n: one for each decision, of which the last is 0, or one where nothing changes over time.
+    /// With respect to `A_t`, n x n: one for each decision (the last is 0), or a single one in the time-invariant case.
     pub dynamics: Matrices,
-    /// By `W_t`, n x n, as many.
+    /// With respect to `W_t`, n x n, the same number of them.
     pub process: Matrices,
-    /// By `X_0`, n x n; 0 where nothing changes over time.
+    /// With respect to `X_0`, n x n; 0 in the time-invariant case.
     pub initial: Matrices,
-    /// By `Theta_t`, n x n, as many.
+    /// With respect to `Theta_t`, n x n, the same number of them.
     pub prices: Matrices,
-    /// By the expected cost `D`: at most 0. By the least cost it is the negative of this.
+    /// With respect to the expected cost `D`: never positive. The derivative with respect to the least cost is its negative.
     pub cost: f64,
 }
 
-/// `1/2 Pbar_t^-1 - L_t` in the states of each decision: what a larger `Pbar_t` is worth, nats.
+/// `1/2 Pbar_t^-1 - L_t` in the states of each decision: the sensitivity to `Pbar_t`, nats.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Worth(Vec<Dense>);
 
@@ -41,7 +41,7 @@ impl Worth {
         Self((0..chain.stages.len()).map(one).collect())
     }
 
-    /// That of `R x` as one of `x`.
+    /// The worth for `R x`, expressed in `x`.
     pub fn among_all(&self, rows: &Dense) -> Self {
         Self(self.0.iter().map(|worth| symmetric(rows.transpose() * worth * rows)).collect())
     }
@@ -59,13 +59,13 @@ impl Sensitivity {
         out
     }
 
-    /// Where nothing changes over time.
+    /// In the time-invariant case.
     pub(super) fn per_step(system: &Stationary, worth: &Worth, posterior: &Matrices, slope: f64) -> Self {
         sensitivity(&[(dense(&system.dynamics, 0), worth.0.first())], posterior, slope)
     }
 }
 
-/// From `A_t`, and what a larger covariance after it is worth.
+/// From `A_t` and the sensitivity to the covariance that follows it, for each decision.
 fn sensitivity(steps: &[(Dense, Option<&Dense>)], posterior: &Matrices, slope: f64) -> Sensitivity {
     let (n, count) = (posterior.rows(), steps.len());
     let zeros = || Matrices::zeros(count, n, n);

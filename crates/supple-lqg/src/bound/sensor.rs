@@ -1,4 +1,4 @@
-//! The sensors of a place that a search found, in reduced coordinates first.
+//! The sensors that correspond to an iterate of the search, first in reduced coordinates.
 
 use supple_kernels::Matrices;
 
@@ -12,14 +12,14 @@ use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, solve_lowe
 /// most 7e-5 bits.
 const RANK_TOLERANCE: f64 = 1e-4;
 
-/// Below this ratios are not measured, unless they are at least this share of the largest at any decision.
+/// Directions below this ratio are not measured, unless it is at least this share of the largest ratio at any decision.
 const LEAST_RATIO: f64 = 1e-6;
 const FAINT: f64 = 0.1;
 
-/// How much better than found sensors may have to be so that what they leave out costs nothing, as a factor of precision.
+/// The largest factor by which precision may be raised to make up for the directions that sensors leave out.
 const MOST_PRECISION: f64 = 1e3;
 
-/// What is measured in reduced coordinates at a decision.
+/// The measurement at one decision, in reduced coordinates.
 struct Reduced {
     /// `C`, rank x n_t.
     measurement: Dense,
@@ -33,9 +33,9 @@ struct Corrected {
     gain: Dense,
 }
 
-/// The sensors of a place that was found, so precise that they keep the budget.
+/// The sensors of the final iterate, made precise enough to keep the budget.
 pub(super) fn sensors(chain: &Chain, found: &Found) -> Vec<VirtualSensor> {
-    // Where hardly anything is measured at any decision, what is measured most counts.
+    // If hardly anything is measured at any decision, the directions measured most are kept.
     let largest =
         found.local.iter().filter_map(|local| eigen(local.slack.clone())).map(|found| found.eigenvalues.max());
     let faint = f64::min(LEAST_RATIO, FAINT * largest.fold(0.0, f64::max));
@@ -59,7 +59,7 @@ pub(super) fn sensors(chain: &Chain, found: &Found) -> Vec<VirtualSensor> {
     sensors.collect()
 }
 
-/// In coordinates where `P` is the identity, `Pbar = U diag(1 + snr) U'`.
+/// The measurement at decision `t`, from `Pbar = U diag(1 + snr) U'` in coordinates where `P` is the identity.
 fn one(found: &Found, t: usize, faint: f64) -> Reduced {
     let (local, factor) = (&found.local[t], &found.place.factors[t]);
     let n = factor.nrows();
@@ -78,7 +78,7 @@ fn one(found: &Found, t: usize, faint: f64) -> Reduced {
     Reduced { measurement, variances: kept.iter().map(|&k| 1.0 / ratios[k]).collect() }
 }
 
-/// The least precision, as a factor of that given, that keeps the budget: the cost falls as it grows.
+/// The least factor on the precision that keeps the budget; the cost falls as the factor grows.
 fn enough(cost: impl Fn(f64) -> Option<f64>) -> f64 {
     let (mut low, mut high) = (1.0, 1.0);
     while cost(high).is_none_or(|cost| cost > 1.0) {
@@ -98,8 +98,8 @@ fn enough(cost: impl Fn(f64) -> Option<f64>) -> f64 {
     high
 }
 
-/// The Kalman filter of these sensors: its cost as a share of the budget, and its steps; in the steady state where the
-/// chain follows itself. `None` where there is none.
+/// The Kalman filter of these sensors: its cost as a share of the budget, and its steps; in steady state if the only
+/// decision is its own successor. `None` if there is no such filter.
 fn filter(chain: &Chain, sensors: &[Reduced], precision: f64) -> Option<(f64, Vec<Corrected>)> {
     let mut predicted = Dense::identity(chain.order(0), chain.order(0));
     if chain.wraps {
@@ -130,7 +130,7 @@ fn correct(predicted: &Dense, sensor: &Reduced, precision: f64) -> Option<Correc
     Some(Corrected { posterior, gain })
 }
 
-/// The predicted covariance of the filter in its steady state.
+/// The predicted covariance of the filter in steady state.
 fn steady(chain: &Chain, sensor: &Reduced, precision: f64) -> Option<Dense> {
     let stage = &chain.stages[0];
     let n = stage.price.nrows();

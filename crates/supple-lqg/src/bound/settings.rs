@@ -5,7 +5,7 @@
 pub struct BoundSettings {
     /// The duality gap at which the search ends, nats per step.
     pub gap: f64,
-    /// Newton steps that it may take.
+    /// Maximum number of Newton steps.
     pub max_iterations: usize,
 }
 
@@ -19,10 +19,10 @@ impl Default for BoundSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BoundStatus {
-    /// The gap asked for is reached.
+    /// The requested gap was reached.
     Converged,
-    /// The Newton steps allowed were too few; the bounds hold, with a larger gap than asked for.
+    /// The Newton steps allowed were too few; the bounds hold, with a larger gap than requested.
     MaxIterations,
-    /// Rounding ended the search; the bounds hold, with a larger gap than asked for.
+    /// Rounding ended the search; the bounds hold, with a larger gap than requested.
     Stalled,
 }

@@ -4,20 +4,20 @@ use supple_kernels::halt;
 
 use crate::dense::{Dense, congruence, symmetric};
 
-/// Steps before their number is doubled, beside two for every state.
+/// Steps taken before doubling begins, in addition to two for every state.
 const FIRST_STEPS: usize = 30;
 
-/// Doublings after which a filter counts as without a steady state.
+/// Maximum number of doublings.
 const DOUBLINGS: usize = 60;
 
-/// What is left of a covariance that is mostly taken away is rounding, so often at most: the search goes on from there.
+/// Maximum number of restarts: if most of a covariance cancels, the remainder is rounding, and the search restarts there.
 const RESTARTS: usize = 30;
 const MOSTLY: f64 = 1e-3;
 
-/// Where `P <- A (P^-1 + G)^-1 A' + W` leads to from a covariance `start`; `None` if it leads nowhere.
+/// The limit of `P <- A (P^-1 + G)^-1 A' + W` from a covariance `start`; `None` if there is none.
 ///
-/// Some steps, and from there on their number is doubled, for what is left beside the covariance that they led to: in the
-/// closed loop of a filter that knows that they are uncertain, modes that grow without noise do not grow.
+/// Takes some steps, then doubles their number for the deviation from the covariance reached: in the
+/// closed loop of a filter with this covariance, modes that grow without noise are stable.
 pub(super) fn settled(a: &Dense, precision: &Dense, process: &Dense, start: &Dense) -> Option<Dense> {
     let n = a.nrows();
     let mut found = start.clone();
@@ -40,15 +40,15 @@ pub(super) fn settled(a: &Dense, precision: &Dense, process: &Dense, start: &Den
     Some(found)
 }
 
-/// One step, and `(I + P G)^-1`: what is left of an error once measured.
+/// One step, and `(I + P G)^-1`: the factor that the measurement leaves of an error.
 fn step(a: &Dense, precision: &Dense, process: &Dense, p: &Dense) -> Option<(Dense, Dense)> {
     let kept = (Dense::identity(p.nrows(), p.nrows()) + p * precision).try_inverse()?;
     let next = congruence(a, &symmetric(&kept * p)) + process;
     next.iter().all(|entry| entry.is_finite()).then_some((symmetric(next), kept))
 }
 
-/// Where `X <- Q + A'X (I + G X)^-1 A` leads to from 0, by doubling the number of its steps. What rounding leaves of a
-/// matrix of the size `beside` does not count.
+/// The limit of `X <- Q + A'X (I + G X)^-1 A` from 0, by doubling the number of steps. Changes within rounding of a
+/// matrix of the size `beside` do not count.
 fn doubled(mut a: Dense, mut g: Dense, q: Dense, beside: f64) -> Option<Dense> {
     let n = a.nrows();
     let mut h = q;
@@ -76,7 +76,7 @@ fn doubled(mut a: Dense, mut g: Dense, q: Dense, beside: f64) -> Option<Dense> {
 mod tests {
     use super::*;
 
-    /// Modes that grow without noise: steps of the filter from a covariance lead to the same, those from 0 do not.
+    /// Modes that grow without noise: filter steps from a positive covariance reach the result, steps from 0 would not.
     #[test]
     fn modes_that_grow_without_noise_stay_uncertain() {
         let a = Dense::from_row_slice(3, 3, &[2.0, 1.0, 0.5, 0.0, -1.5, 0.25, 0.0, 0.0, 0.5]);
@@ -91,7 +91,7 @@ mod tests {
             steps = &a * (&kept * &steps * kept.transpose() + &gain * gain.transpose()) * a.transpose() + &process;
         }
         assert!((&found - &steps).norm() < 1e-9 * steps.norm(), "{found} {steps}");
-        // 2 * 1.5 of growth is information.
+        // At least the growth `2 * 1.5` of the unstable modes is needed as information.
         let innovation = 1.0 + (&c * &found * c.transpose())[(0, 0)];
         assert!(0.5 * innovation.ln() > 3f64.ln(), "{innovation}");
     }

@@ -1,11 +1,11 @@
-//! How large the problem of the least information is, and which are too large.
+//! The size of a minimum-information problem, and which sizes are too large.
 
 use super::horizon::Horizon;
 use super::newton::packed;
 use crate::Error;
 
-/// Multiply-adds of one factorisation of the Newton system up to which an evaluation does it unasked: some seconds in
-/// all.
+/// The largest factorisation of the Newton system, multiply-adds, that an evaluation does without being asked: a few
+/// seconds in total.
 const UNASKED: f64 = 5e8;
 
 /// The memory that the Newton system may take, bytes.
@@ -23,14 +23,14 @@ impl Size {
         Self { states: horizon.prices.rows(), decisions: horizon.prices.count() }
     }
 
-    /// Whether it takes longer than evaluations should when it was not asked for.
+    /// Whether it takes too long for an evaluation that did not request it.
     pub fn is_long(self) -> bool {
         (packed(self.states) as f64).powi(3) * self.decisions as f64 > UNASKED
     }
 
     /// # Errors
-    /// Where the Newton system takes more memory than machines usually have: a block of each decision, and that beside
-    /// it.
+    /// If the Newton system needs more memory than usual machines have: a diagonal and an off-diagonal block per
+    /// decision.
     pub fn check(self) -> Result<(), Error> {
         let Self { states, decisions } = self;
         let bytes = 2.0 * size_of::<f64>() as f64 * (packed(states) as f64).powi(2) * decisions as f64;

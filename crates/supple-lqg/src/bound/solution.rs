@@ -1,4 +1,4 @@
-//! What a search for the minimum gives: numbers, covariances, sensors and a proof.
+//! The result of a search for the minimum: numbers, covariances, sensors and a proof.
 
 use supple_kernels::Matrices;
 
@@ -12,16 +12,16 @@ use crate::dense::{Dense, dense, store};
 /// The least directed information over a horizon at an expected cost, between two bounds.
 #[derive(Clone, Debug)]
 pub struct MinimumInformation {
-    /// Nats over the whole horizon that `posterior` needs: the minimum is at most this.
+    /// Nats over the whole horizon with the covariances `posterior`: an upper bound on the minimum.
     pub nats: f64,
     /// Nats over the whole horizon below which no sensors and no controller keep the cost: from a feasible point of the
     /// dual.
     pub lower_nats: f64,
-    /// The expected cost that `posterior` gives.
+    /// The expected cost with the covariances `posterior`.
     pub cost: f64,
-    /// `dR/dD`, nats per cost: how much information a looser bound on the cost would save, as a number of at most 0.
+    /// `dR/dD`, nats per cost, at most 0: the change in information per unit increase of the cost limit.
     pub slope: f64,
-    /// `A_t P_t A_t' + W_t` before what is learnt at each decision, n x n, T of them; the first is `X_0`.
+    /// `A_t P_t A_t' + W_t` before the measurement at each decision, n x n, T of them; the first is `X_0`.
     pub predicted: Matrices,
     /// `P_t`, n x n, T of them.
     pub posterior: Matrices,
@@ -33,7 +33,7 @@ pub struct MinimumInformation {
     pub status: BoundStatus,
     /// The sensor of each decision, T of them.
     pub(super) sensors: Vec<VirtualSensor>,
-    /// What larger covariances before each decision are worth; empty where nothing need be known.
+    /// Sensitivity to the covariance before each decision; empty if no information is needed.
     pub(super) worth: Worth,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
@@ -41,12 +41,12 @@ pub struct MinimumInformation {
     pub achieved: Option<Achieved>,
 }
 
-/// The same per step where nothing changes over time.
+/// The same per step, for a time-invariant system.
 #[derive(Clone, Debug)]
 pub struct StationaryMinimum {
-    /// As of [`MinimumInformation`], per step.
+    /// As in [`MinimumInformation`], per step.
     pub nats: f64,
-    /// As of [`MinimumInformation`], per step.
+    /// As in [`MinimumInformation`], per step.
     pub lower_nats: f64,
     /// The expected cost per step.
     pub cost: f64,
@@ -60,9 +60,9 @@ pub struct StationaryMinimum {
     pub iterations: usize,
     /// How the search ended.
     pub status: BoundStatus,
-    /// The sensor that attains it.
+    /// The sensor that attains the minimum.
     pub(super) sensor: VirtualSensor,
-    /// What larger covariances before each decision are worth; empty where nothing need be known.
+    /// Sensitivity to the covariance before each decision; empty if no information is needed.
     pub(super) worth: Worth,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
@@ -70,30 +70,30 @@ pub struct StationaryMinimum {
     pub achieved: Option<Achieved>,
 }
 
-/// The share of a minimum below which a lower bound may be and is still as good as it.
+/// The relative distance from the minimum at which a lower bound still counts as tight.
 const TIGHT: f64 = 1e-2;
 
-/// Whether bounds are so close, or as close as counts in any case, nats.
+/// Whether the bounds are this close, or differ by an amount that does not matter, nats.
 fn is_tight(nats: f64, lower_nats: f64) -> bool {
     nats - lower_nats <= (TIGHT * nats).max(1e-15)
 }
 
 impl MinimumInformation {
-    /// The better bound of each side.
+    /// Keeps the better of each bound of two solutions.
     pub(super) fn beside(self, other: Self) -> Self {
         let (lower_nats, proof) = better((self.lower_nats, &self.proof), (other.lower_nats, &other.proof));
         let best = if other.nats <= self.nats && other.achieved.is_some() { other } else { self };
         Self { nats: best.nats.max(lower_nats), lower_nats, proof, ..best }
     }
 
-    /// How the minimum changes with the numbers of its horizon (theory, equation L.32).
+    /// Sensitivity of the minimum to the data of its horizon (theory, equation L.32).
     #[must_use]
     pub fn sensitivity(&self, horizon: &Horizon) -> Sensitivity {
         Sensitivity::over_horizon(horizon, &self.worth, &self.posterior, self.slope)
     }
 }
 
-/// The greater of two lower bounds, one that is proved if any is.
+/// The greater of two lower bounds; if only one is proved, that one.
 fn better(one: (f64, &Proof), other: (f64, &Proof)) -> (f64, Proof) {
     let is_proved = |proof: &Proof| matches!(proof, Proof::Proved { .. });
     let first = is_proved(one.1) && (one.0 >= other.0 || !is_proved(other.1)) || !is_proved(other.1);
@@ -102,20 +102,20 @@ fn better(one: (f64, &Proof), other: (f64, &Proof)) -> (f64, Proof) {
 }
 
 impl StationaryMinimum {
-    /// The better bound of each side.
+    /// Keeps the better of each bound of two solutions.
     pub(super) fn beside(self, other: Self) -> Self {
         let (lower_nats, proof) = better((self.lower_nats, &self.proof), (other.lower_nats, &other.proof));
         let best = if other.nats <= self.nats && other.achieved.is_some() { other } else { self };
         Self { nats: best.nats.max(lower_nats), lower_nats, proof, ..best }
     }
 
-    /// Whether the bounds are close to each other, and the sensor keeps what it should.
+    /// Whether the bounds are tight and the sensor keeps the cost limit.
     pub(super) fn is_tight(&self) -> bool {
         is_tight(self.nats, self.lower_nats) && matches!(self.proof, Proof::Proved { .. })
     }
 
-    /// That of `R x`, the identity in the states `kept`, as one of `x`: the other states are where these are with the least
-    /// uncertainty.
+    /// The minimum for `R x`, with `R` the identity in the states `kept`, expressed in `x`: the others take their values of
+    /// least uncertainty given these.
     pub(super) fn among_all(self, rows: &Dense, kept: &[usize]) -> Self {
         let n = rows.ncols();
         let place = |i: usize| kept.iter().position(|&kept| kept == i);
@@ -148,12 +148,12 @@ impl StationaryMinimum {
         }
     }
 
-    /// The sensor that attains it.
+    /// The sensor that attains the minimum.
     pub fn virtual_sensor(&self) -> VirtualSensor {
         self.sensor.clone()
     }
 
-    /// How the minimum per step changes with the numbers of its system (theory, equation L.32).
+    /// Sensitivity of the minimum per step to the data of its system (theory, equation L.32).
     #[must_use]
     pub fn sensitivity(&self, system: &Stationary) -> Sensitivity {
         Sensitivity::per_step(system, &self.worth, &self.posterior, self.slope)

@@ -1,4 +1,4 @@
-//! Where searches begin: every coordinate measured just well enough to keep about half of the budget.
+//! Starting points of searches: every coordinate measured just well enough to use about half of the budget.
 
 use super::interior::{Found, search};
 use super::local::{Place, slack_of_budget};
@@ -7,14 +7,14 @@ use super::settings::BoundSettings;
 use crate::dense::{Dense, cholesky, congruence, inverse_lower, solve_lower, symmetric};
 use supple_kernels::{halt, math};
 
-/// Complementarities at the start, nats: the first, and those that are tried where the search from it ends without a bound,
-/// as where the minimum is far below.
+/// Complementarities at the start, nats: the first, and alternatives if the search from the first finds no bound,
+/// for example because the minimum is far smaller.
 pub(super) const COMPLEMENTARITIES: [f64; 4] = [0.3, 3e-3, 3e-5, 3e-8];
 
-/// Logarithms of variances that are tried, and how far these are apart.
+/// The largest logarithm of a variance to try, in absolute value, and the step between logarithms.
 const VARIANCES: (f64, f64) = (80.0, 2.0);
 
-/// Covariances with multipliers that make every complementarity the same; `None` where these are not strictly inside.
+/// Covariances, with multipliers that make every complementarity equal; `None` if they are not strictly feasible.
 pub(super) fn begin(chain: &Chain, factors: Vec<Dense>, complementarity: f64) -> Option<Place> {
     let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: complementarity };
     let local = place.localise(chain)?;
@@ -27,7 +27,7 @@ pub(super) fn begin(chain: &Chain, factors: Vec<Dense>, complementarity: f64) ->
     (left > 0.0).then_some(place)
 }
 
-/// A start inside: all coordinates measured just well enough to keep about half of the budget.
+/// A strictly feasible start: all coordinates measured just well enough to use about half of the budget.
 pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
     inside(|variance| {
         measured(chain, variance).filter(|(factors, _)| begin(chain, factors.clone(), COMPLEMENTARITIES[0]).is_some())
@@ -35,7 +35,7 @@ pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
 }
 
 /// Factors `g_t` of the covariances `p_t = g_t g_t'` once every reduced coordinate has been measured with a noise of
-/// variance `variance`, and what they cost as a share of the budget.
+/// variance `variance`, and their cost as a share of the budget.
 fn measured(chain: &Chain, variance: f64) -> Option<(Vec<Dense>, f64)> {
     let mut predicted = Dense::identity(chain.order(0), chain.order(0));
     let (mut factors, mut cost) = (Vec::with_capacity(chain.stages.len()), 0.0);
@@ -58,7 +58,7 @@ pub(super) fn once_measured(predicted: &Dense, variance: f64) -> Option<Dense> {
     Some(symmetric(root.transpose() * root))
 }
 
-/// The search from a start inside: from the first complementarity that leads to a bound.
+/// A search from a strictly feasible start, with the first complementarity that leads to a bound.
 pub(super) fn search_from(
     chain: &Chain,
     factors: &[Dense],
@@ -77,9 +77,9 @@ pub(super) fn search_from(
     found
 }
 
-/// What `measured` gives for a variance at which the share of the budget that it says too is about a half, or else for
-/// one at which it is below 1. It may say nothing where the variance is so large that covariances grow without limit,
-/// and where it is so small that only rounding is left of them.
+/// The result of `measured` at a variance for which the share of the budget that it returns is about one half, or else at
+/// one for which it is below 1. `measured` may return `None` if the variance is so large that covariances diverge,
+/// or so small that they are lost in rounding.
 pub(super) fn inside<T>(measured: impl Fn(f64) -> Option<(T, f64)>) -> Option<T> {
     let (most, step) = VARIANCES;
     let kept = |log: f64| {

@@ -1,4 +1,4 @@
-//! The least directed information per step where nothing changes over time.
+//! The least directed information per step of a time-invariant system.
 
 use supple_kernels::{Matrices, halt, math};
 
@@ -25,33 +25,33 @@ use super::zeros::{lasting, moduli};
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, store, svd, symmetric};
 
-/// Steps of the filter that scales coordinates, beside two for every state.
+/// Steps of the filter that scales coordinates, in addition to two for every state.
 const SCALING: usize = 30;
 
-/// Steps of the filter from where doubling led to.
+/// Filter steps taken from the result of doubling.
 const POLISHING: usize = 10;
 
-/// How much more precise, as a factor, a sensor may be made so that it keeps the cost, and steps that find how much.
+/// The largest factor by which a sensor's precision is raised to keep the cost limit, and the bisection steps to find it.
 const MOST_PRECISION: f64 = 1e6;
 const PRECISION_STEPS: usize = 20;
 
-/// The same of how much less precise, where it costs less than the budget by more than this share of it.
+/// The least factor by which precision is lowered, if the sensor costs less than the budget by more than this share of it.
 const LEAST_PRECISION: f64 = 1e-9;
 const SPARE: f64 = 1e-3;
 
-/// Shares of the budget at which the search is repeated where the minimum is not certain from that at the budget itself:
-/// what less cost takes is enough for more.
+/// Shares of the budget at which to repeat the search if the result at the budget itself is uncertain:
+/// information that suffices for a lower cost suffices for a higher one.
 const SHARES: [f64; 6] = [0.5, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
 
-/// By how much more the cost is at the next search that follows one.
+/// The factor by which the cost grows from one warm-started search to the next.
 const FARTHER: f64 = 2.0;
 
-/// How many searches are repeated of systems of many states, of which each takes long.
+/// The number of states from which few searches are repeated, because each takes long.
 const MANY: usize = 20;
 const FEW: usize = 1;
 
-/// The least directed information per step that any sensors and any controller need to keep an expected cost per step
-/// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
+/// The minimum directed information per step that any sensors and any controller need to keep an expected cost per step
+/// of `cost` (theory, equation L.15), with a proved lower bound that accounts for rounding.
 ///
 /// States that cost nothing, now or later, are left out: their covariances in the result are those without a sensor
 /// where these exist, and 0 otherwise.
@@ -67,7 +67,7 @@ pub fn stationary_minimum(
     if let Some((fewer, rows, kept)) = system.fewer() {
         return Ok(stationary_minimum(&fewer, cost, settings)?.among_all(&rows, &kept));
     }
-    // Where nothing need be known, the least cost itself can be kept.
+    // If no information is needed, the least cost itself can be achieved.
     let stage = reduce(system, 1.0)?;
     if let Some(covariance) = without_sensors(&stage) {
         let excess = stage.price.dot(&covariance);
@@ -93,7 +93,7 @@ pub fn stationary_minimum(
     Ok(best)
 }
 
-/// A search for the minimum from several places.
+/// A search for the minimum from several starting points.
 struct Seeking<'a> {
     system: &'a Stationary,
     cost: f64,
@@ -101,12 +101,12 @@ struct Seeking<'a> {
     settings: &'a BoundSettings,
     /// The best bounds so far, or why there are none.
     best: Result<StationaryMinimum, Error>,
-    /// On the way to what was found last.
+    /// An iterate of the last search, for a warm start.
     near: Option<Nearby>,
 }
 
 impl Seeking<'_> {
-    /// With the covariances of a share of the budget, from these starts; whether the search got to its end.
+    /// Searches with a share of the budget from these starts; returns whether the search converged.
     fn at(&mut self, share: f64, starts: &[f64]) -> bool {
         let finer = self.best.as_ref().map_or(*self.settings, |found| finer(found.nats, self.settings));
         let found = match halt::is_requested() {
@@ -127,7 +127,7 @@ impl Seeking<'_> {
         halt::is_requested() || self.best.as_ref().is_ok_and(StationaryMinimum::is_tight)
     }
 
-    /// From other starts, at less cost, and from there at more and more; so many searches at most.
+    /// Searches from other starts, and at lower costs that then increase stepwise; at most `most` searches.
     fn search_elsewhere(&mut self, most: usize) {
         let starts = (1..COMPLEMENTARITIES.len()).map(|from| (1.0, &COMPLEMENTARITIES[from..=from]));
         let shares = SHARES.into_iter().map(|share| (share, &COMPLEMENTARITIES[..]));
@@ -147,7 +147,7 @@ impl Seeking<'_> {
     }
 }
 
-/// What is found with the covariances of a share of the budget.
+/// The result of a search with a share of the budget.
 fn at(
     system: &Stationary,
     cost: f64,
@@ -199,12 +199,12 @@ fn at(
     })
 }
 
-/// Of costs that are hard to find a minimum at.
+/// Advice for costs at which the minimum is hard to find.
 const STEADY_ADVICE: &str =
     "scale the states to similar sizes, or choose a cost that is neither close to the minimum nor far above it";
 
 impl Stationary {
-    /// The system nearby of the states that cost something beyond rounding, with `R` and the states that these are.
+    /// The nearby system of the states that cost something beyond rounding, with `R` and the indices of these states.
     fn fewer(&self) -> Option<(Self, Dense, Vec<usize>)> {
         let quotient = self.quotient()?;
         let (n, rows) = (self.dynamics.rows(), dense(&self.costly, 0));
@@ -232,7 +232,7 @@ impl Stationary {
     /// The expected cost per step where nothing is measured; `None` if it is infinite.
     ///
     /// # Errors
-    /// Where the states that cost something cannot be told from the others.
+    /// If the states that cost something cannot be distinguished from the others.
     pub fn unmeasured_cost(&self) -> Result<Option<f64>, Error> {
         if let Some((fewer, ..)) = self.fewer() {
             return fewer.unmeasured_cost();
@@ -242,8 +242,8 @@ impl Stationary {
     }
 }
 
-/// A sensor with its gain and what it achieves, made so precise that it just keeps the cost by a filter of many digits,
-/// where that takes little: rounding may have misled the filter that it was found with.
+/// A sensor with its gain and what it achieves, adjusted with a high-precision filter until it just keeps the cost limit,
+/// if a small change suffices: rounding may have affected the filter with which it was found.
 fn keeping(
     system: &Stationary,
     cost: f64,
@@ -268,7 +268,7 @@ fn keeping(
         return (first, Some(achieved));
     }
     if keeps(&achieved) {
-        // More than enough: the least precision that is.
+        // More precise than necessary: find the least precision that suffices.
         let (mut low, mut high, mut best) = (math::ln(LEAST_PRECISION), 0.0, (first, achieved));
         for _ in 0..PRECISION_STEPS {
             let middle = 0.5 * (low + high);
@@ -279,7 +279,7 @@ fn keeping(
         }
         return (best.0, Some(best.1));
     }
-    // What it costs too much, as a share of the budget, is about as much as it has to be more precise.
+    // The necessary increase in precision is about the share of the budget by which the sensor exceeds it.
     let (mut low, mut more, mut best) = (0.0, 1.5 * excess, None);
     while best.is_none() && more < MOST_PRECISION {
         best = of(1.0 + more).filter(|(_, achieved)| keeps(achieved));
@@ -301,7 +301,7 @@ fn keeping(
     (sensor, Some(achieved))
 }
 
-/// The system in coordinates of what costs something and stays uncertain (theory, equation L.16).
+/// The system in coordinates of the states that cost something and stay uncertain (theory, equation L.16).
 fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let n = system.dynamics.rows();
     let root = |of, what| {
@@ -316,7 +316,7 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let seen = complement(&unseen);
     let mut root = seen.transpose() * &driven;
     for (mut seen, whole) in root.column_iter_mut().zip(driven.column_iter()) {
-        // What is left of noise that the cost does not see is rounding.
+        // Remaining noise that does not affect the cost is rounding.
         if seen.norm() <= 1e-13 * whole.norm() {
             seen.fill(0.0);
         }
@@ -339,10 +339,10 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     })
 }
 
-/// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is
-/// known of them, they need no information. Those that die out may stay.
+/// An orthonormal basis, by columns, of the modes that are unobservable through the price and do not decay: however
+/// uncertain they are, they need no information. Decaying modes may stay.
 ///
-/// States that no price sees by the zeros of the matrices alone are left out in any case: exactly, and first. Those that are
+/// States unobservable by the zeros of the matrices alone are left out in any case: exactly, and first. Those that are
 /// known to cost nothing (`unpriced`) follow.
 fn unseen(a: &Dense, price: &Dense, unpriced: &Dense) -> Result<Dense, Error> {
     let n = a.nrows();
@@ -366,13 +366,13 @@ fn unseen(a: &Dense, price: &Dense, unpriced: &Dense) -> Result<Dense, Error> {
     Ok(all)
 }
 
-/// States that are known to cost nothing, in other units.
+/// States that are known to cost nothing, in scaled units.
 fn unpriced(system: &Stationary, units: &[f64]) -> Dense {
     dense(&system.unpriced, 0).map_with_location(|i, _, entry| entry / units[i])
 }
 
 impl Stationary {
-    /// `A` of what costs something, now or later: what grows and costs nothing needs no information.
+    /// `A` of the states that cost something, now or later: states that grow at no cost need no information.
     #[must_use]
     pub fn priced_dynamics(&self) -> Matrices {
         let InUnits { d, a, price } = InUnits::of(self);
@@ -394,8 +394,8 @@ fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
     Ok(unseen * lasting)
 }
 
-/// Coordinates, by columns, in which the covariance of a filter that measures what costs is about `I`, however weakly
-/// noise reaches some of them.
+/// Coordinates, by columns, in which a filter that measures what costs has a covariance of about `I`, however weakly
+/// noise drives some of them.
 fn scaled(a: &Dense, driven: &Dense, price: &Dense) -> Dense {
     let n = a.nrows();
     let mut basis = Dense::identity(n, n);
@@ -413,7 +413,7 @@ fn scaled(a: &Dense, driven: &Dense, price: &Dense) -> Dense {
     basis
 }
 
-/// The coordinates of columns in a basis that holds them.
+/// Coordinates of columns with respect to a basis whose span contains them.
 fn from_left(basis: &Dense, columns: Dense) -> Dense {
     let sizes: Vec<f64> = basis.column_iter().map(|column| column.norm()).collect();
     let Svd { u, values, v } = svd(&Dense::from_fn(basis.nrows(), basis.ncols(), |i, k| basis[(i, k)] / sizes[k]));
@@ -428,7 +428,7 @@ fn from_left(basis: &Dense, columns: Dense) -> Dense {
     found
 }
 
-/// No information.
+/// The solution without information.
 fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
     let n = covariance.nrows();
     let mut posterior = Matrices::constant(n, n);
@@ -449,14 +449,14 @@ fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
     }
 }
 
-/// A basis, by columns in all states, of what is seen and stays uncertain: what noise drives, and what grows by itself.
-/// What is neither driven nor grows is known in the end whatever little is measured.
+/// A basis, by columns in all states, of what affects the cost and stays uncertain: driven by noise, or growing by itself.
+/// The rest becomes known in the end, however little is measured.
 fn uncertain(a: &Dense, root: Dense, seen: &Dense) -> Result<Dense, Error> {
     let driven = invariant_hull(a, root.clone());
     if driven.ncols() == a.nrows() {
         return Ok(seen.clone());
     }
-    // In the blocks of (driven, the others) A is triangular: these grow as their own block says.
+    // A is block triangular in (driven, the others): the others grow according to their own block.
     let others = complement(&driven);
     let block = others.transpose() * a * others;
     let moduli = moduli(&block).ok_or_else(|| Error::NoBound {
@@ -500,7 +500,7 @@ fn measured(stage: &Stage, variance: f64) -> Option<(Dense, f64)> {
     let identity = Dense::identity(n, n);
     let mut predicted = settled(&stage.dynamics, &(&identity / variance), &stage.process, &identity)?;
     let mut posterior = once_measured(&predicted, variance)?;
-    // Doubling leaves rounding that steps take away.
+    // Steps remove the rounding errors of doubling.
     for _ in 0..POLISHING {
         predicted = congruence(&stage.dynamics, &posterior) + &stage.process;
         posterior = once_measured(&predicted, variance)?;
@@ -510,7 +510,7 @@ fn measured(stage: &Stage, variance: f64) -> Option<(Dense, f64)> {
     cost.is_finite().then_some((cholesky(&posterior)?, cost))
 }
 
-/// A start inside: all coordinates measured just well enough to keep about half of the budget.
+/// A strictly feasible start: all coordinates measured just well enough to use about half of the budget.
 fn start(stage: &Stage) -> Option<Dense> {
     inside(|variance| measured(stage, variance))
 }

@@ -5,7 +5,7 @@ use crate::dense::{Dense, Svd, svd};
 /// Singular values below this share of the largest count as 0.
 const RANK_TOLERANCE: f64 = 1e-10;
 
-/// Growth per step, less 1, below which a mode that no noise drives counts as one that does not grow.
+/// Undriven modes whose growth factor per step exceeds 1 by less than this count as not growing.
 pub const GROWTH: f64 = 1e-6;
 
 /// An orthonormal basis of the range, by columns.
@@ -16,7 +16,7 @@ pub fn range(a: Dense) -> Dense {
     u.select_columns(&kept)
 }
 
-/// An orthonormal basis of what is orthogonal to orthonormal columns.
+/// An orthonormal basis of the orthogonal complement of orthonormal columns.
 pub fn complement(basis: &Dense) -> Dense {
     let n = basis.nrows();
     if basis.ncols() >= n {
@@ -41,12 +41,12 @@ pub fn unit_columns(mut a: Dense) -> Dense {
     a
 }
 
-/// An orthonormal basis of the least subspace that holds the range of `first` and is invariant under `a`.
+/// An orthonormal basis of the smallest subspace that contains the range of `first` and is invariant under `a`.
 pub fn invariant_hull(a: &Dense, first: Dense) -> Dense {
     let mut basis = range(unit_columns(first));
     while basis.ncols() < a.nrows() {
         let carried = unit_columns(a * &basis);
-        // What is new lies outside of the basis by more than rounding.
+        // New directions lie outside the basis by more than rounding.
         let outside = &carried - &basis * (basis.transpose() * &carried);
         let new: Vec<usize> = (0..outside.ncols()).filter(|&k| outside.column(k).norm() > RANK_TOLERANCE).collect();
         if new.is_empty() {
@@ -60,7 +60,7 @@ pub fn invariant_hull(a: &Dense, first: Dense) -> Dense {
     basis
 }
 
-/// An orthonormal basis of the states that `price` sees over time: `x' A^k' price A^k x` of the others is 0 for all k.
+/// An orthonormal basis of the states observable through `price`: `x' A^k' price A^k x` of the others is 0 for all k.
 #[must_use]
 pub fn observed(a: &Dense, price: &Dense) -> Dense {
     invariant_hull(&a.transpose(), price.clone())
@@ -70,7 +70,7 @@ pub fn observed(a: &Dense, price: &Dense) -> Dense {
 pub fn unstable(a: &Dense, radius: f64) -> Option<Dense> {
     let n = a.nrows();
     let identity = Dense::identity(n, n);
-    // The sign of (A - r)^-1 (A + r): 1 where |lambda| > r. The closer to r, the less is known of its place.
+    // The sign of (A - r)^-1 (A + r): 1 where |lambda| > r. Close to r, the side of an eigenvalue is uncertain.
     let mut sign = (a - &identity * radius).lu().solve(&(a + &identity * radius))?;
     for _ in 0..100 {
         let inverse = sign.clone().try_inverse()?;
@@ -83,12 +83,12 @@ pub fn unstable(a: &Dense, radius: f64) -> Option<Dense> {
         }
     }
     let projector = (sign + identity) * 0.5;
-    // The rank of a projector is its trace; what is beyond it is rounding.
+    // The rank of a projector is its trace; the remainder is rounding.
     let count = projector.trace().round().max(0.0) as usize;
     Some(svd(&projector).u.columns(0, count.min(n)).into_owned())
 }
 
-/// Which states act on those given, now or later, by the zeros of `a`.
+/// Which states affect the given ones, now or later, judged by the zeros of `a`.
 pub fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool> {
     let n = a.nrows();
     let mut seen: Vec<bool> = (0..n).map(given).collect();

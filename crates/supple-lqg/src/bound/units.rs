@@ -8,7 +8,7 @@ use crate::dense::{Dense, congruence, dense};
 
 /// A system scaled so that its subspaces are well conditioned, whatever the units of its states.
 pub struct InUnits {
-    /// How large each unit is.
+    /// The size of each unit.
     pub d: Vec<f64>,
     /// `A` in these units.
     pub a: Dense,
@@ -28,7 +28,7 @@ impl InUnits {
     }
 }
 
-/// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
+/// The scale of each state: its standard deviation after noise has driven a damped system for a while, or their mean.
 pub fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let n = a.nrows();
     let mut balanced = a.abs();
@@ -50,7 +50,7 @@ pub fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     (0..n).map(|i| s[i] * if deviations[i] > 0.0 { deviations[i] } else { mean }).collect()
 }
 
-/// About the largest absolute value of an eigenvalue, or more: `|A^64|^(1/64)`.
+/// An estimate, never too low, of the spectral radius: `|A^64|^(1/64)`.
 fn spectral_radius(a: &Dense) -> f64 {
     let (mut power, mut log) = (a.clone(), 0.0);
     for step in 0..=6 {

@@ -1,11 +1,11 @@
-//! What it costs to measure nothing.
+//! The expected cost without measurements.
 
 use supple_kernels::Matrices;
 
 use super::horizon::Horizon;
 use crate::dense::{congruence, dense, store};
 
-/// The expected cost of the optimal controller where nothing is ever measured, and its derivatives: with
+/// The expected cost of the optimal controller if nothing is ever measured, and its derivatives: with
 /// `S_0 = X_0` and `S_{t+1} = A_t S_t A_t' + W_t` (theory, equation L.33)
 ///
 /// ```text
@@ -17,18 +17,18 @@ use crate::dense::{congruence, dense, store};
 pub struct Unmeasured {
     /// `J`.
     pub cost: f64,
-    /// By `A_t`, n x n: one for each decision, of which the last is 0.
+    /// With respect to `A_t`, n x n: one for each decision; the last is 0.
     pub dynamics: Matrices,
-    /// By `W_t`, n x n, as many, of which the last is 0.
+    /// With respect to `W_t`, n x n, the same number; the last is 0.
     pub process: Matrices,
-    /// By `X_0`, n x n.
+    /// With respect to `X_0`, n x n.
     pub initial: Matrices,
-    /// By `Theta_t`, n x n, as many: `S_t`.
+    /// With respect to `Theta_t`, n x n, the same number: `S_t`.
     pub prices: Matrices,
 }
 
 impl Horizon {
-    /// What it costs to measure nothing.
+    /// The expected cost without measurements, and its derivatives.
     ///
     /// # Panics
     /// Where the arrays do not fit each other, see [`Horizon::check`].

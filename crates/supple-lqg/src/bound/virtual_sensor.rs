@@ -4,7 +4,7 @@ use supple_kernels::Matrices;
 
 use crate::dense::{Dense, cholesky, dense, inverse_lower, store, symmetric};
 
-/// A sensor that, with the Kalman filter and the optimal regulator, needs no more than the minimum:
+/// A sensor that attains the minimum information with the Kalman filter and the optimal regulator:
 /// `y = C x + v`, one at each step (theory, equation L.13).
 #[derive(Clone, Debug)]
 pub struct VirtualSensor {
@@ -19,7 +19,7 @@ pub struct VirtualSensor {
 }
 
 impl VirtualSensor {
-    /// One that measures nothing of `n` states.
+    /// A sensor that measures nothing, for `n` states.
     pub(super) fn none(n: usize) -> Self {
         Self { rank: 0, measurement: Matrices::zeros(1, 0, n), variances: Vec::new(), gain: Matrices::zeros(1, n, 0) }
     }

@@ -1,17 +1,17 @@
-//! A point of the dual, as the proof of the lower bound reads it.
+//! A dual point, in the form in which the proof of the lower bound uses it.
 
 use super::interior::Found;
 use super::reduce::Chain;
 use crate::dense::{Dense, cholesky, congruence, eigen, solve_lower, symmetric};
 
-/// A point of the dual and the covariances beside it: what [`super::verify`] proves a lower bound from.
+/// A dual point and its covariances, from which [`super::verify`] proves a lower bound.
 #[derive(Clone, Debug)]
 pub(super) struct Witness {
     /// At each decision.
     pub steps: Vec<WitnessStep>,
     /// The multiplier of the budget, nats per cost.
     price: f64,
-    /// Whether the only decision follows itself.
+    /// Whether the only decision is its own successor.
     wraps: bool,
 }
 
@@ -20,7 +20,7 @@ pub(super) struct Witness {
 pub(super) struct WitnessStep {
     /// `E`, n x n_t: `P = E E'`.
     pub basis: Dense,
-    /// States that no price sees, n x k.
+    /// States that never affect the cost, n x k.
     pub unseen: Dense,
     /// The multiplier of `P <= Pbar` in these coordinates, n_t x n_t.
     multiplier: Dense,
@@ -33,14 +33,14 @@ pub(super) struct WitnessStep {
 /// Directions that are measured with at least this signal-to-noise ratio keep their multipliers.
 const MEASURED: f64 = 1e-3;
 
-/// By how much more the price of the budget is raised, relatively, for each nat of margin.
+/// The relative increase of the budget's price for each nat of margin.
 const DEARER: f64 = 10.0;
 
-/// Steps towards the covariances at which the Lagrangian is least, and the largest change that one may make.
+/// Maximum number of steps towards the covariances that minimise the Lagrangian, and the largest change in one step.
 const STEPS: usize = 3;
 const LONGEST: f64 = 0.3;
 
-/// Where noise drives hardly anything of a pair of directions, the Lagrangian is flat along them: no step goes there.
+/// If noise hardly drives a pair of directions, the Lagrangian is flat along them, and no step is taken there.
 const FLAT: f64 = 1e-6;
 
 impl Witness {
@@ -57,7 +57,7 @@ impl Witness {
         Self { steps, price: found.place.price / budget, wraps: chain.wraps }
     }
 
-    /// The same with the covariances at which the Lagrangian of its multipliers is least: it may be proved where the place
+    /// The same with the covariances that minimise the Lagrangian of its multipliers: it may be provable where the iterate
     /// itself is not.
     pub fn settled(chain: &Chain, found: &Found, budget: f64) -> Self {
         let changes: Vec<Dense> = (0..chain.stages.len()).map(|t| least(chain, found, t)).collect();
@@ -73,7 +73,7 @@ impl Witness {
         };
         let (bases, slacks): (Vec<Dense>, Vec<Dense>) = (0..chain.stages.len()).map(step).unzip();
         let steps = bases.iter().zip(slacks).enumerate().map(|(t, (basis, slack))| {
-            // A decision before which nothing is left to know has no coordinates, and an empty matrix no inverse.
+            // A decision at which nothing is uncertain has no coordinates, and an empty matrix has no inverse.
             let next = chain.next(t).map(|next| &bases[next]).filter(|next| !next.is_empty());
             let dynamics = next.map(|next| next.clone().lu().solve(&(&found.local[t].dynamics * basis)));
             WitnessStep {
@@ -87,8 +87,8 @@ impl Witness {
         Self { steps: steps.collect(), price: found.place.price / budget, wraps: chain.wraps }
     }
 
-    /// The price of the budget and the multipliers, with `margin` more by step in every direction that is not measured: what
-    /// rounding took of the slope of the Lagrangian, at hardly any loss, as there the multiplier's slack is small.
+    /// The price of the budget and the multipliers, with `margin` accumulated in all unmeasured directions, to make up
+    /// for rounding in the slope of the Lagrangian; costs hardly anything, because the multiplier's slack is small there.
     pub fn with_margin(&self, margin: f64) -> Option<(f64, Vec<Dense>)> {
         let mut multipliers: Vec<Dense> = self.steps.iter().map(|step| step.multiplier.clone()).collect();
         if margin > 0.0 {
@@ -113,7 +113,7 @@ impl Witness {
         out.iter().all(|more| more.norm().is_finite()).then_some(out)
     }
 
-    /// The same where the only decision follows itself, by doubling.
+    /// The same if the only decision is its own successor, by doubling.
     fn steady_margin(&self) -> Option<Vec<Dense>> {
         let kept = self.steps.first()?.unmeasured()?;
         let (mut a, mut sum) = (&self.steps[0].dynamics * &kept, kept);
@@ -132,7 +132,7 @@ impl Witness {
 }
 
 impl WitnessStep {
-    /// A projector on what is not measured.
+    /// The projector onto the directions that are not measured.
     fn unmeasured(&self) -> Option<Dense> {
         let eigen = eigen(self.slack.clone())?;
         let kept: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] < MEASURED).collect();
@@ -141,9 +141,9 @@ impl WitnessStep {
     }
 }
 
-/// A lower factor of the covariance, in coordinates where that of the place is the identity, at which
-/// `1/2 log |A P A' + W| - 1/2 log |P| + Tr(M P)` is least, by Newton's steps: at the place itself its slope is as large
-/// as what the search leaves.
+/// A lower factor, in coordinates where the covariance of the iterate is the identity, of the covariance that minimises
+/// `1/2 log |A P A' + W| - 1/2 log |P| + Tr(M P)`, by Newton's steps: at the iterate itself the slope is as large
+/// as the residual of the search.
 fn least(chain: &Chain, found: &Found, t: usize) -> Dense {
     let (at, place) = (&found.local[t], &found.place);
     let n = at.price.nrows();
@@ -174,7 +174,7 @@ fn least(chain: &Chain, found: &Found, t: usize) -> Dense {
     factor
 }
 
-/// A multiplier with so much more on its diagonal that it is positive definite in spite of rounding.
+/// A multiplier with its diagonal raised so that it is positive definite despite rounding.
 fn raised(mut multiplier: Dense) -> Dense {
     let n = multiplier.nrows();
     let size = (0..n).map(|i| multiplier[(i, i)].abs()).fold(0.0, f64::max);

@@ -1,15 +1,15 @@
-//! Modes that do not die out, apart from those that do.
+//! Separates modes that do not decay from those that do.
 
 use super::subspace::unstable;
 use crate::dense::{Dense, eigenvalues};
 
-/// Modes that die out faster than this per step need no care.
+/// Modes that decay faster than this per step need no special treatment.
 const SETTLES: f64 = 0.8;
 
 /// Modes closer to the unit circle than this count as on it.
 const ON_CIRCLE: f64 = 1e-7;
 
-/// An orthonormal basis of the modes that do not die out, by columns.
+/// An orthonormal basis of the modes that do not decay, as columns.
 pub(super) fn lasting(a: &Dense) -> Option<Dense> {
     let moduli = moduli(a);
     let least = moduli.as_ref().and_then(|moduli| moduli.iter().copied().min_by(f64::total_cmp));
@@ -22,8 +22,8 @@ pub(super) fn lasting(a: &Dense) -> Option<Dense> {
     }
 }
 
-/// A radius that splits the modes that last from those that die out, where there are both, far from either; `None`
-/// where all die out.
+/// A radius, far from both, that separates the persistent modes from the decaying ones, if there are both; `None`
+/// if all decay.
 fn radius(mut moduli: Vec<f64>, order: usize) -> Option<f64> {
     moduli.retain(|&modulus| modulus < 1.0 - ON_CIRCLE);
     if moduli.len() == order {

@@ -13,8 +13,8 @@ use crate::riccati::Policy;
 /// equation I.8).
 ///
 /// The information from the measurements that reaches the controls: at most [`information`](super::information). Exact
-/// for the linearised closed loop `u = ubar + K (mu - xbar)`. A combination of the controls that past controls
-/// determine, to 1e-12 of its variance, adds nothing.
+/// for the linearised closed loop `u = ubar + K (mu - xbar)`. A combination of controls that is determined by past
+/// controls, to 1e-12 of its variance, adds nothing.
 ///
 /// # Errors
 /// Where `V` is not positive definite.
@@ -26,15 +26,15 @@ pub fn control_information(knots: &Knots, policy: &Policy, belief: &Belief, nois
 pub(super) struct Told {
     /// Information about the states, nats.
     pub nats: f64,
-    /// Those not determined by past controls.
+    /// The controls that past controls do not determine.
     pub controls: Vec<usize>,
-    /// Factors of `N^a` and `N^b` of (I.8) before they are told.
+    /// Factors of `N^a` and `N^b` of (I.8) before conditioning on these controls.
     pub before: [Dense; 2],
-    /// Factors of them afterwards.
+    /// Factors of `N^a` and `N^b` after conditioning.
     pub after: [Dense; 2],
 }
 
-/// As [`control_information`], with all that it goes through.
+/// Like [`control_information`], with all intermediate results.
 pub(super) fn told(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<Told>, Error> {
     let mut steps = Vec::with_capacity(knots.steps());
     dispatch(Sweep { knots, policy, belief, noise, kept: Some(&mut steps) })?;
@@ -46,7 +46,7 @@ struct Sweep<'a> {
     policy: &'a Policy,
     belief: &'a Belief,
     noise: &'a Noise,
-    /// Where all that it goes through is kept.
+    /// Stores the intermediate results.
     kept: Option<&'a mut Vec<Told>>,
 }
 
@@ -73,17 +73,17 @@ impl Job for Sweep<'_> {
 
 /// Covariances of the filter's mean `mu_t`, n x n.
 ///
-/// Two are kept as factors `G`, `N = G G'`, of as many columns as their rank: where past controls tell the mean,
-/// nothing is left, and rounding could not be told from it in `N`.
+/// Two of them are stored as factors `G`, `N = G G'`, with as many columns as their rank: where past controls determine
+/// the mean, nothing is left, and in `N` itself that could not be distinguished from rounding.
 struct Means {
     dimensions: Dimensions,
     /// Given past controls: a factor of `N^a` of (I.8).
     told: Telling,
     /// Given past controls and all states so far: a factor of `N^b` of (I.8).
     both: Telling,
-    /// Given all states so far: how large the one before could be.
+    /// Given all states so far, without past controls: an upper bound on the covariance `N^b`.
     known: Vec<f64>,
-    /// Controls of the last step that were not known from those before them.
+    /// Controls of the last step that were not determined by those before.
     news: Vec<usize>,
     /// A factor of `V`, p x p.
     noise_factor: Vec<f64>,
@@ -96,7 +96,7 @@ struct Means {
     /// What the measurement adds to the columns of each factor, p of them.
     innovation: Vec<f64>,
     noise: Vec<f64>,
-    /// `K'`, n x m, and a product with it or with n columns.
+    /// `K'`, n x m, and work space for a product with it or with n columns.
     feedback: Vec<f64>,
     product: Vec<f64>,
 }
@@ -127,7 +127,7 @@ impl Means {
         [self.told.factor.dense(), self.both.factor.dense()]
     }
 
-    /// Goes on to the mean after the measurement at `t` (theory, equation I.7).
+    /// Propagates to the mean after the measurement at `t` (theory, equation I.7).
     #[inline(always)]
     fn measure<L: Lanes>(&mut self, (knots, belief, noise): (&Knots, &Belief, &Noise), t: usize) -> Result<(), Error> {
         let Dimensions { states: n, measurements: p, .. } = self.dimensions;
@@ -176,15 +176,15 @@ impl Means {
         Ok(())
     }
 
-    /// What `K mu` tells about the states, in nats; past controls include it afterwards. One control at a time, the one
-    /// that is known least first. Keeps those that were not known already.
+    /// The information of `K mu` about the states, nats; then conditions on these controls. One control at a time, the one
+    /// that is least determined first. Keeps those that were not already determined.
     #[inline(always)]
     fn tell<L: Lanes>(&mut self, feedback: &Matrices, t: usize) -> f64 {
         let Dimensions { states: n, controls: m, .. } = self.dimensions;
         let (narrow, short) = (padded(n), padded(m));
         let k = View::new(feedback.at(t), narrow);
         transpose::<L, Long>(ViewMut::new(&mut self.feedback, short), k, (m, n));
-        // How large the variance of each control could be, given the states.
+        // An upper bound on the variance of each control, given the states.
         let (left, right) = (Left::transposed(&self.known, narrow), View::new(&self.feedback, short));
         let product = Product { left, right, rows: n, inner: n, width: short };
         product.set::<L, Long>(ViewMut::new(&mut self.product, short));
@@ -206,7 +206,7 @@ impl Means {
             let a = left.swap_remove(place);
             self.news.push(a);
             let row = &k.numbers[a * narrow..a * narrow + n];
-            // Not in a closure, which would not have the instructions of the lanes.
+            // Not in a closure, which would not inherit the instructions of the lanes.
             let (without, with) = (self.told.condition::<L>(row, a), self.both.condition::<L>(row, a));
             nats += (0.5 * math::ln(without / with)).max(0.0);
         }
@@ -216,17 +216,17 @@ impl Means {
     }
 }
 
-/// Below this a control is known from the past ones but for rounding.
+/// Below this share of its variance, a control counts as determined by the past ones, up to rounding.
 const KNOWN: f64 = 1e-12;
 
-/// A covariance `G G'` that controls are told of, one after the other.
+/// A covariance `G G'` that is conditioned on controls, one after the other.
 struct Telling {
     factor: Factor,
     /// `G' K'`, in rows of m numbers in whole lanes.
     seen: Vec<f64>,
-    /// How many of them.
+    /// The number of controls, m.
     controls: usize,
-    /// Leading columns of `G` that are left out: rows of `seen`.
+    /// Leading columns of `G` that conditioning has removed: rows of `seen`.
     out: usize,
     rounding: Rounding,
 }
@@ -238,7 +238,7 @@ impl Telling {
         Self { factor: Factor::zero(n, p, m), seen, controls: m, out: 0, rounding }
     }
 
-    /// Before controls are told, for `K'`.
+    /// Prepares for conditioning on the controls with the transposed feedback `K'`.
     #[inline(always)]
     fn begin<L: Lanes>(&mut self, feedback_transposed: &[f64], n: usize) {
         let (columns, short) = (self.factor.transposed(), padded(self.controls));
@@ -254,8 +254,8 @@ impl Telling {
         (self.out..self.factor.count()).map(|k| self.seen[k * short + a] * self.seen[k * short + a]).sum()
     }
 
-    /// Conditions `G G'` on control `a` exactly, of whose row of `K` one column alone bears on it after a turn, which is left
-    /// out. Returns the variance that the control had.
+    /// Conditions `G G'` on control `a` exactly: rotates columns so that only one affects its row of `K`, then removes that
+    /// column. Returns the variance that the control had.
     #[inline(always)]
     fn condition<L: Lanes>(&mut self, row: &[f64], a: usize) -> f64 {
         let variance = self.factor.bring_first::<L>(self.out, (&mut self.seen, a));
@@ -266,7 +266,7 @@ impl Telling {
         variance
     }
 
-    /// Leaves in `G` what the controls have not told.
+    /// Keeps in `G` the uncertainty left after conditioning.
     #[inline(always)]
     fn end<L: Lanes>(&mut self) {
         self.factor.leave_out(self.out);
@@ -274,12 +274,12 @@ impl Telling {
     }
 }
 
-/// Rounding errors that can remain in a factor after conditioning on the controls. Told on and on, it would grow where
-/// the step from controls back to measurements is unstable, as behind a loop that is not of minimum phase.
+/// Bound on the rounding errors left in a factor after conditioning on the controls. If these were kept, they would grow
+/// where the map from controls back to measurements is unstable, as for a non-minimum-phase loop.
 struct Rounding {
-    /// Size of each row before anything was told.
+    /// Size of each row before conditioning.
     sizes: Vec<f64>,
-    /// In units of these.
+    /// The bound, in units of these sizes.
     left: f64,
 }
 
@@ -289,13 +289,13 @@ impl Rounding {
         self.left = 0.0;
     }
 
-    /// Once a row of this variance has been told: the less of the factor it bears on, the more it leaves.
+    /// After conditioning on a row of this variance: the smaller the variance relative to the factor, the larger the error.
     fn grow(&mut self, row: &[f64], variance: f64) {
         let whole: f64 = row.iter().zip(&self.sizes).map(|(entry, size)| entry.abs() * size).sum();
         self.left += 16.0 * f64::EPSILON * whole / variance.sqrt();
     }
 
-    /// Leaves out what is not above it.
+    /// Removes everything below the bound.
     #[inline(always)]
     fn clear<L: Lanes>(&mut self, factor: &mut Factor) {
         if factor.count() == 0 || self.left == 0.0 {

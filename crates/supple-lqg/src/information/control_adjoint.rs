@@ -1,4 +1,4 @@
-//! How what reaches the controls changes with what is computed along the plan.
+//! Derivatives of the information that the controller uses with respect to what is computed along the plan.
 
 use nalgebra::Cholesky;
 
@@ -35,7 +35,7 @@ pub fn add_control_partials(
     Ok(steps.iter().map(|step| step.nats).sum())
 }
 
-/// From the adjoints of `N^a` and `N^b` after the controls of step `t` have been told to those before, with the feedback's.
+/// Adjoints of `N^a` and `N^b` before conditioning on the controls of step `t`, from those after; and of the feedback.
 fn before_telling(
     step: &Told,
     feedback: &Dense,
@@ -70,8 +70,8 @@ fn before_telling(
     here
 }
 
-/// From the adjoints of `N^a` and `N^b` after the measurement at `t` to those after the controls before it; `given` is what
-/// those had been told.
+/// Adjoints of `N^a` and `N^b` after the previous controls, from those after the measurement at `t`; `given` is the
+/// conditioning step of these controls.
 fn before_measuring(
     (knots, belief, noise): (&Knots, &Belief, &Noise),
     (t, given): (usize, Option<&Told>),
@@ -109,8 +109,8 @@ fn before_measuring(
     Ok(back)
 }
 
-/// An adjoint of `G G'` without what bears on nothing: `G` keeps its rank, so that what is across its columns on both sides
-/// does not change. Behind loops that are not of minimum phase that part would grow without end.
+/// An adjoint of `G G'` without the part that has no effect: `G` keeps its rank, so the part orthogonal to its columns on
+/// both sides is constant. For non-minimum-phase loops that part would grow without limit.
 fn within(adjoint: &Dense, before: &Dense, factor: &Dense) -> Dense {
     let (n, rank) = factor.shape();
     if rank >= n {

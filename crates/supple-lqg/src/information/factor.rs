@@ -1,4 +1,4 @@
-//! Factors `G` of covariances `G G'`, which are turned from the right.
+//! Factors `G` of covariances `G G'`, which are rotated from the right.
 
 use supple_kernels::rows::{Left, Long, Product, View, ViewMut, add_scaled, combine, dot};
 use supple_kernels::{LANES, Lanes, padded};
@@ -13,13 +13,13 @@ pub(super) struct Factor {
     count: usize,
     rows: Vec<f64>,
     other: Vec<f64>,
-    /// What is worked with: a column of the rows, and a row.
+    /// Work space: a column of the rows, and a row.
     normal: Vec<f64>,
     along: Vec<f64>,
 }
 
 impl Factor {
-    /// Of 0, with room for `n` columns and `more`, that bear on at most `controls` rows.
+    /// A zero factor with room for `n + more` columns, to be conditioned on at most `controls` rows.
     pub fn zero(n: usize, more: usize, controls: usize) -> Self {
         let (most, stride) = (n + more, padded(n));
         let rows = || vec![0.0; most * stride];
@@ -51,7 +51,7 @@ impl Factor {
         out.iter_mut().for_each(|sum| *sum = sum.sqrt());
     }
 
-    /// A factor of `M G G' M' + H H'`, with at most `n` columns, for `M'` and the columns of `H` as rows.
+    /// Replaces `G` with a factor of `M G G' M' + H H'` with at most `n` columns, given `M'` and the columns of `H` as rows.
     #[inline(always)]
     pub fn advance<L: Lanes>(&mut self, map_transposed: &[f64], news: &[f64]) {
         let (n, stride, kept) = (self.n, self.stride, self.count);
@@ -68,7 +68,7 @@ impl Factor {
         }
     }
 
-    /// Turns `G` so that its columns have only zeros before their own place, and those after the n-th vanish.
+    /// Rotates `G` into lower-trapezoidal form: its columns are zero above their own place, and those after the n-th vanish.
     #[inline(always)]
     fn turn_upright<L: Lanes>(&mut self) {
         let (stride, count) = (self.stride, self.count);
@@ -82,8 +82,8 @@ impl Factor {
         }
     }
 
-    /// Turns columns from `first` on so that only the first of them bears on a row `k` of which `seen`, in place `a` of each
-    /// row, is `G' k'`; turns `seen` with them. Returns the variance `k` has by these columns, 0 where they do not bear on it.
+    /// Rotates columns from `first` on so that only the first of them affects a row `k`; column `a` of `seen` holds `G' k'`.
+    /// Rotates `seen` with them. Returns the variance that `k` has through these columns, 0 if they do not affect it.
     #[inline(always)]
     pub fn bring_first<L: Lanes>(&mut self, first: usize, (seen, a): (&mut [f64], usize)) -> f64 {
         let (stride, count) = (self.stride, self.count);
@@ -103,7 +103,7 @@ impl Factor {
         self.count -= first;
     }
 
-    /// Leaves out directions that are no longer than `least`, once each row has been divided by its `unit`.
+    /// Removes directions whose length is at most `least`, after each row is divided by its `unit`.
     #[inline(always)]
     pub fn leave_rounding_out<L: Lanes>(&mut self, units: &[f64], least: f64) {
         let rank = self.rank_above::<L>(units, least);
@@ -112,7 +112,7 @@ impl Factor {
         }
     }
 
-    /// How many pivots of a decomposition with pivots, column by column, are above `least`.
+    /// The number of pivots above `least` in a column-pivoted decomposition.
     #[inline(always)]
     fn rank_above<L: Lanes>(&mut self, units: &[f64], least: f64) -> usize {
         let stride = self.stride;
@@ -143,13 +143,13 @@ impl Factor {
         self.count
     }
 
-    /// With as many columns as directions above `least`, as the derivatives count them.
+    /// Reduces `G` to as many columns as directions above `least`, the rank that derivatives assume.
     fn reduce(&mut self, units: &[f64], least: f64) {
         let scaled = Dense::from_fn(self.n, self.count, |i, k| self.rows[k * self.stride + i] / units[i]);
         let found = scaled.col_piv_qr();
         let (q, r) = (found.q(), found.r());
         let rank = (0..r.nrows()).take_while(|&k| r[(k, k)].abs() > least).count();
-        // R R' of the first rows from a triangle.
+        // A triangular factor of R R' for the first rows.
         let rows = r.rows(0, rank).transpose();
         let kept = q.columns(0, rank) * rows.qr().r().transpose();
         let stride = self.stride;
@@ -160,16 +160,16 @@ impl Factor {
     }
 }
 
-/// Householder's reflection of a vector to its first place.
+/// A Householder reflection of a vector onto the first axis.
 struct Reflection {
-    /// What is there then.
+    /// The first entry after the reflection.
     moved_to: f64,
     /// 2 over the square of the normal.
     scale: f64,
 }
 
 impl Reflection {
-    /// Makes the normal of a vector; `None` if it is 0.
+    /// Overwrites a vector with the normal of its reflection; `None` if it is 0.
     #[inline(always)]
     fn to_first(vector: &mut [f64]) -> Option<Self> {
         let size = dot(vector, vector).sqrt();

@@ -1,6 +1,6 @@
 use supple_kernels::Matrices;
 
-/// Bounds of the controls that a plan must keep, the same at every step: `lower <= u <= upper`, m each.
+/// Bounds on the controls of a plan, the same at every step: `lower <= u <= upper`, m each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlBounds {
     lower: Vec<f64>,
@@ -25,14 +25,14 @@ impl ControlBounds {
         &self.upper
     }
 
-    /// Moves a control that is outside to the bound.
+    /// Clamps the controls of one step to the bounds.
     pub fn clamp(&self, u: &mut [f64]) {
         for ((u, &lower), &upper) in u.iter_mut().zip(&self.lower).zip(&self.upper) {
             *u = u.max(lower).min(upper);
         }
     }
 
-    /// Moves the controls of all steps inside.
+    /// Clamps the controls of all steps to the bounds.
     pub fn clamp_all(&self, controls: &mut Matrices) {
         for t in 0..controls.count() {
             self.clamp(controls.vector_mut(t));
@@ -45,7 +45,7 @@ impl ControlBounds {
         self.all(controls, |u, lower, upper| u >= lower && u <= upper)
     }
 
-    /// Whether any control is at a bound, where it could move.
+    /// Whether any control is at a bound, not counting controls whose two bounds are equal.
     #[must_use]
     pub fn are_met(&self, controls: &Matrices) -> bool {
         !self.all(controls, |u, lower, upper| lower == upper || u != lower && u != upper)
@@ -56,8 +56,8 @@ impl ControlBounds {
         (0..controls.count()).all(|t| at(t).all(|((&u, &lower), &upper)| is(u, lower, upper)))
     }
 
-    /// The part of a cost's slope by control `a` that a move could follow: 0 where the control is at a bound and going
-    /// downhill leads out.
+    /// The part of a cost's slope with respect to control `a` that a move could exploit: 0 if the control is at a bound and
+    /// descent would lead outside.
     #[must_use]
     pub fn project(&self, a: usize, u: f64, slope: f64) -> f64 {
         let held = u <= self.lower[a] && slope > 0.0 || u >= self.upper[a] && slope < 0.0;

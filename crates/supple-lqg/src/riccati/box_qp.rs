@@ -28,9 +28,9 @@ pub struct BoxQp {
     held: Vec<bool>,
 }
 
-/// Iterations at most; a handful is usual.
+/// Maximum number of iterations; a handful is usual.
 const MOST_ITERATIONS: usize = 100;
-/// Halvings of a step at most.
+/// Maximum number of halvings of a step.
 const MOST_HALVINGS: usize = 40;
 
 impl BoxQp {
@@ -52,7 +52,7 @@ impl BoxQp {
         }
     }
 
-    /// Which controls are held at step `t`, and `k`, which solves the quadratic program, from the lower triangle of `Q_uu`
+    /// Finds the controls held at step `t`, and the solution `k` of the quadratic program, from the lower triangle of `Q_uu`
     /// and `Q_u` (theory, equation P.7).
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl BoxQp {
             Limits::Held(held) => {
                 self.held.copy_from_slice(&held[t * m..(t + 1) * m]);
                 self.k.fill(0.0);
-                // What does not move is held; all else is free of limits.
+                // Controls that cannot move are held; the others are unlimited.
                 self.lower.fill(f64::NEG_INFINITY);
                 self.upper.fill(f64::INFINITY);
                 self.list_free();
@@ -81,8 +81,8 @@ impl BoxQp {
         }
     }
 
-    /// Of rows `[Q_uu | Q_ux | Q_u]` leaves `[U | Q_fx | Q_f + H_fc k_c]`, those of the controls that are free, moved up,
-    /// with `H_ff = U'U` and the reciprocals of its diagonal; how many they are. `Q_ux`, of n columns, begins at column
+    /// Reduces rows `[Q_uu | Q_ux | Q_u]` to the free controls, moved up: `[U | Q_fx | Q_f + H_fc k_c]`,
+    /// with `H_ff = U'U` and the reciprocals of its diagonal; returns their number. `Q_ux`, of n columns, begins at column
     /// `first`.
     pub fn keep_free(&self, rows: ViewMut, (first, n): (usize, usize), reciprocals: &mut [f64]) -> usize {
         let (m, ViewMut { numbers, stride }) = (self.linear.len(), rows);
@@ -121,8 +121,8 @@ impl BoxQp {
         &self.held
     }
 
-    /// The box of `k` around the controls, and `k = 0` in it, where the search begins: close to the optimum the
-    /// trajectory itself says which controls are held.
+    /// The box of `k` around the controls, and the start of the search, `k = 0`: close to the optimum the
+    /// trajectory itself indicates which controls are held.
     fn open_box(&mut self, bounds: &ControlBounds, controls: &[f64]) {
         for (a, &u) in controls.iter().enumerate() {
             self.lower[a] = bounds.lower()[a] - u;
@@ -150,7 +150,7 @@ impl BoxQp {
         Err(())
     }
 
-    /// Holds the controls that are at a bound with the slope `q + H k` pushing outward; whether that changed.
+    /// Holds the controls that are at a bound with the slope `q + H k` pushing outward; returns whether that changed.
     fn find_held(&mut self) -> bool {
         let m = self.linear.len();
         let mut changed = false;
@@ -182,8 +182,8 @@ impl BoxQp {
         rows::cholesky(factor, free, stride).map_err(drop)
     }
 
-    /// A Newton step in the free controls, shortened until what the box leaves of it lowers the objective enough;
-    /// whether it was a whole step, so that the free controls are at their optimum.
+    /// A Newton step in the free controls, clipped to the box and shortened until it lowers the objective enough;
+    /// returns whether it was a full step, so that the free controls are at their optimum.
     fn newton_step(&mut self) -> Result<bool, ()> {
         for (i, &a) in self.free.iter().enumerate() {
             self.step[i] = -self.slope[a];
@@ -207,7 +207,7 @@ impl BoxQp {
         Err(())
     }
 
-    /// Whether the trial lowers the objective by a tenth of what its slope promises.
+    /// Whether the trial lowers the objective by at least a tenth of what its slope predicts.
     fn is_lower(&self) -> bool {
         let m = self.linear.len();
         let moved = |a: usize| self.trial[a] - self.k[a];
@@ -230,7 +230,7 @@ mod tests {
 
     use super::*;
 
-    /// The last part of the gains, as sweeps do it.
+    /// The last part of the gain computation, as sweeps run it.
     struct Solve<'a>(ViewMut<'a>, usize, (usize, usize), &'a [f64]);
 
     impl Job for Solve<'_> {
@@ -245,7 +245,7 @@ mod tests {
     }
 
     proptest! {
-        /// The minimiser obeys the conditions of Karush, Kuhn and Tucker, and only free controls answer the state.
+        /// The minimiser satisfies the Karush-Kuhn-Tucker conditions, and only free controls respond to the state.
         #[test]
         fn the_minimiser_is_one(m in 1usize..9, seeds in proptest::collection::vec(-1.0..1.0f64, 200)) {
             let n = 2;

@@ -36,7 +36,7 @@ impl<R: Rows> Job for Follow<'_, R> {
     }
 }
 
-/// Adds what regularises the gains to `Q_uu` and `Q_ux`, from `F` and the next `S`.
+/// Adds the regularisation of the gains to `Q_uu` and `Q_ux`, from `F` and the next `S`.
 #[inline(always)]
 fn regularise<L: Lanes, R: Rows>(shape: Shape<R>, by: Regularisation, (f, next): (&[f64], usize), policy: &mut Policy) {
     let Shape { n, m, .. } = shape;
@@ -44,7 +44,7 @@ fn regularise<L: Lanes, R: Rows>(shape: Shape<R>, by: Regularisation, (f, next):
     let Policy { curvature, gain, products, .. } = policy;
     let (s, gain) = (curvature.at(next), gain.at_mut(0));
     if by.state > 0.0 {
-        // F with each row times its share, x and u apart.
+        // F with each row multiplied by its share; state and control columns separate.
         let (by_x, by_u) = products.lend(n * (narrow + small)).split_at_mut(n * narrow);
         for i in 0..n {
             let row = &f[i * wide..i * wide + n + m];

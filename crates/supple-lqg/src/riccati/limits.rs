@@ -2,11 +2,11 @@ use supple_kernels::Matrices;
 
 use super::bounds::ControlBounds;
 
-/// What keeps controls from moving freely in a sweep.
+/// What restricts the controls in a sweep.
 #[derive(Clone, Copy)]
 pub enum Limits<'a> {
-    /// Bounds, and the controls of the trajectory that the sweep is about.
+    /// Bounds, and the controls of the trajectory about which the sweep linearises.
     Bounds(&'a ControlBounds, &'a Matrices),
-    /// Which controls do not move at all: m of each step.
+    /// Which controls do not move at all: m for each step.
     Held(&'a [bool]),
 }

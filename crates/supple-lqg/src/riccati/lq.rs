@@ -2,18 +2,18 @@ use supple_kernels::Matrices;
 
 use super::limits::Limits;
 
-/// What a sweep is about.
+/// The problem of a sweep.
 #[derive(Clone, Copy)]
 pub struct Lq<'a> {
     /// `[A B]`, n x (n + m), N of them.
     pub dynamics: &'a Matrices,
     /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
     pub cost: &'a Matrices,
-    /// What gains are regularised by.
+    /// Regularisation of the gains.
     pub regularisation: Regularisation,
     /// Limits of the controls.
     pub limits: Option<Limits<'a>>,
-    /// Whether the value of information is computed, which searches do not need.
+    /// Whether to compute the value of information, which searches do not need.
     pub with_value: bool,
 }
 
@@ -27,7 +27,7 @@ pub struct Regularisation {
     pub state: f64,
 }
 
-/// What a step `alpha` along the search direction should change the cost by: `alpha linear + alpha^2 quadratic`.
+/// The predicted cost change of a step `alpha` along the search direction: `alpha linear + alpha^2 quadratic`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Decrease {
     /// `sum k' Q_u`, negative.

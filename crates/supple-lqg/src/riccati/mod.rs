@@ -36,7 +36,7 @@ use crate::shape::{Shape, by_length};
 /// S = [I K'] Q [I; K]         J_x = [I K'] (Q [0; k] + Q_z)         Xi = K' Q_uu K
 /// ```
 ///
-/// `cost` is `[l_zz | l_z]`, (n + m) x (n + m + 1). Only the gains see the regularisation.
+/// `cost` is `[l_zz | l_z]`, (n + m) x (n + m + 1). The regularisation affects the gains only.
 ///
 /// # Errors
 /// The step at which `Q_uu` is not positive definite.
@@ -57,9 +57,9 @@ pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
     dispatch(Sweep { lq, policy })
 }
 
-/// States from which it pays that positions follow rates.
+/// Number of states from which exploiting the position-rate structure pays off.
 const LEAST: usize = 12;
-/// States from which the matrices of a horizon are more than a core's own memory holds.
+/// Number of states from which the matrices of a horizon exceed a core's cache.
 const LARGE: usize = 24;
 
 struct Sweep<'a> {

@@ -21,17 +21,17 @@ pub struct Policy {
     /// Which controls are held at a bound, so that their rows of `K` are zero: m of each of N steps.
     pub clamped: Vec<bool>,
     pub(super) box_qp: BoxQp,
-    /// `Q` of one step, of which the lower triangle is computed, and what follows its last row.
+    /// `Q` of one step (only the lower triangle is computed), with room after its last row.
     pub(super) q: Matrices,
     /// Its slope `Q_z`.
     pub(super) q_slope: Matrices,
-    /// `[Q_uu | Q_ux | Q_u]` of one step, and what becomes of it: `Q_uu` and the others each in whole lanes.
+    /// `[Q_uu | Q_ux | Q_u]` of one step, overwritten during the step: `Q_uu` and the others each in whole lanes.
     pub(super) gain: Matrices,
     /// Reciprocals of the diagonal of the factor of `Q_uu`.
     pub(super) reciprocals: Matrices,
     pub(super) products: Products,
-    /// `U`, m x m, of `Q_uu = U' U`, N of them, where they are kept: of the last sweep without limits or regularisation.
-    /// What is below the diagonal does not count.
+    /// `U`, m x m, of `Q_uu = U' U`, N of them, if they are kept: from the last sweep without limits or regularisation.
+    /// Entries below the diagonal are meaningless.
     pub(super) roots: Option<Matrices>,
 }
 
@@ -57,7 +57,7 @@ impl Policy {
         }
     }
 
-    /// Sweeps keep the roots of their curvature by the controls from now on, which [`Rooted`](crate::Rooted) reads.
+    /// From now on sweeps store the Cholesky factors of `Q_uu`, which [`Rooted`](crate::Rooted) reads.
     pub fn keep_roots(&mut self) {
         let (steps, m) = (self.feedback.count(), self.feedback.rows());
         self.roots.get_or_insert_with(|| Matrices::zeros(steps, m, m));
@@ -77,7 +77,7 @@ impl Policy {
         Dimensions { states: self.feedback.cols(), controls: self.feedback.rows(), measurements: 0 }
     }
 
-    /// The same controls held, for another sweep; `None` where all are free.
+    /// The same controls held, as limits for another sweep; `None` if all are free.
     pub fn held(&self) -> Option<Limits<'_>> {
         self.clamped.contains(&true).then_some(Limits::Held(&self.clamped))
     }

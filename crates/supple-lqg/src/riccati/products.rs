@@ -15,11 +15,11 @@ pub(super) struct Products {
     controls: Matrices,
     /// `U`, h x h.
     upper: Matrices,
-    /// `T'`, h x n, and what follows its last row.
+    /// `T'`, h x n, with room after its last row.
     transposed: Matrices,
     /// `[T_q' 0]`, h x (n + m).
     base: Matrices,
-    /// `T_q F_v`, h x h, of which the lower triangle is computed.
+    /// `T_q F_v`, h x h; only the lower triangle is computed.
     carried: Matrices,
 }
 
@@ -41,7 +41,7 @@ impl Products {
         &mut self.product.at_mut(0)[..len]
     }
 
-    /// Keeps `Q_uu`, of which the lower triangle is given in the rows of gains, for [`Products::of_controls`].
+    /// Keeps `Q_uu`, whose lower triangle is given in the rows of gains, for [`Products::of_controls`].
     #[inline(always)]
     pub fn keep_controls<L: Lanes, R: Rows>(&mut self, shape: Shape<R>, gains: &[f64]) {
         let (m, small, (_, stride)) = (shape.m, shape.of_controls(), shape.gains());
@@ -56,7 +56,7 @@ impl Products {
         (self.controls.at(0), &mut self.product.at_mut(0)[..len])
     }
 
-    /// Of dynamics `F = [E + dt F_v; F_v]` with `E = [I 0]`, with `T = dt S_{:q} + S_{:v}` and `U = dt T_q + T_v`:
+    /// For dynamics `F = [E + dt F_v; F_v]` with `E = [I 0]`, with `T = dt S_{:q} + S_{:v}` and `U = dt T_q + T_v`:
     ///
     /// ```text
     /// F' S F = F_v' (U F_v + [T_q' 0]) + E' (S_qq + T_q F_v)     (lower triangle)

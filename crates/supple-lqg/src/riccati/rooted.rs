@@ -1,11 +1,11 @@
-//! The coordinates in which the problem of a sweep has the identity as its curvature.
+//! Coordinates in which the Hessian of a sweep's problem is the identity.
 
 use supple_kernels::rows::{add_scaled, dot};
 use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
 
 use super::policy::Policy;
 
-/// Changes of the controls under the law of a sweep over `F`, in the coordinates in which the problem of the sweep is
+/// Control changes under the law of a sweep over `F`, in the coordinates in which the problem of the sweep is
 /// `1/2 |w|^2 + g' w` (theory, equation P.5b):
 ///
 /// ```text
@@ -40,7 +40,7 @@ impl<'a> Rooted<'a> {
         (0..self.roots.count()).flat_map(of_step).collect()
     }
 
-    /// Writes `U^-1 w`: what is fed forward.
+    /// Writes `U^-1 w`: the feedforward.
     pub fn feed_forward(&self, w: &[f64], out: &mut Matrices) {
         let (m, stride) = (self.roots.rows(), self.roots.stride());
         for (t, w) in w.chunks_exact(m).enumerate() {
@@ -55,7 +55,7 @@ impl<'a> Rooted<'a> {
         dispatch(AlongJob { of: *self, w, joint });
     }
 
-    /// Adds to `w` the gradient by it of `sum q' dz`, for vectors `q` of length n + m.
+    /// Adds to `w` the gradient of `sum q' dz` with respect to `w`, for vectors `q` of length n + m.
     pub fn add_gradient(&self, q: &Matrices, w: &mut [f64]) {
         dispatch(GradientJob { of: *self, q, w });
     }
@@ -230,7 +230,7 @@ mod tests {
             assert!((along - gradient).abs() < 1e-13, "{along} {gradient}");
         }
 
-        // The step of the sweep is that down the slope.
+        // The step of the sweep is the steepest descent step.
         let down: Vec<f64> = slope.iter().map(|g| -g).collect();
         let mut forward = Matrices::vectors(steps, 2);
         rooted.feed_forward(&down, &mut forward);

@@ -1,4 +1,4 @@
-//! How much rounding changes a law.
+//! The effect of rounding on a control law.
 
 use nalgebra::DVector;
 
@@ -7,11 +7,11 @@ use crate::dense::{Dense, congruence, dense};
 use crate::knots::Knots;
 use crate::noise::Noise;
 
-/// About how far the least expected cost of a sweep may be off by the rounding of its steps, in the units of the cost.
+/// Estimate of the error by rounding of the least expected cost of a sweep, in the units of the cost.
 ///
-/// Each step is off by rounding of the terms that it sums, and carries on what the steps after it were off: `A + B K` on
-/// both sides. That grows where the optimal law leaves motions that cost nothing to grow, as for controls without a price
-/// that act against the motion at first.
+/// Each step adds the rounding of the terms it sums, and propagates the error of later steps through `A + B K` on
+/// both sides. The error grows if the optimal law lets motions grow that cost nothing, as for controls without a price
+/// with an initial inverse response.
 #[must_use]
 pub fn least_cost_rounding(knots: &Knots, policy: &Policy, noise: &Noise) -> f64 {
     let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());
@@ -21,7 +21,7 @@ pub fn least_cost_rounding(knots: &Knots, policy: &Policy, noise: &Noise) -> f64
         cost += off.dot(&dense(&noise.process, t));
         let f = dense(&knots.dynamics, t);
         let stage = dense(&knots.cost, t);
-        // What the diagonal of `L + F' S F` is summed from.
+        // The absolute terms of the diagonal entries of `L + F' S F`.
         let reached = dense(&policy.curvature, t + 1).abs() * f.abs();
         let sizes = DVector::from_fn(joint, |i, _| stage[(i, i)].abs() + f.column(i).abs().dot(&reached.column(i)));
         let mut law = Dense::identity(joint, n);

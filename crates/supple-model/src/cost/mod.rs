@@ -80,7 +80,7 @@ pub struct Cost {
     pub quantity: Quantity,
     /// Where it should be: one number per entry of the quantity, in its units.
     pub targets: Vec<Value>,
-    /// How the distance becomes a number.
+    /// The norm that converts the distance to a cost.
     pub norm: Norm,
     /// Weights at steps 0 to N - 1.
     pub stage: Weights,
@@ -196,7 +196,7 @@ impl Cost {
 
 /// The keys of a cost besides those of its quantity.
 const KEYS: &[&str] = &["target", "weight", "final_weight", "norm"];
-/// The same for a pose, whose target may also be written as `position`.
+/// The same keys for a pose, whose target may also be written as `position`.
 const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight", "norm"];
 
 /// The keys of a cost besides those of its quantity.

@@ -1,4 +1,4 @@
-//! Norms: how a residual becomes a number. To add one, write one file and one line in `norms.rs`.
+//! Norms: functions that convert a residual to a cost. To add one, write one file and one line in `norms.rs`.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ pub trait NormKind: Debug + Send + Sync + 'static {
     /// Checks its numbers within the parameters' bounds.
     ///
     /// # Errors
-    /// What was found, and what is valid.
+    /// A message that states what was found and what is valid.
     fn check(&self, _parameters: &Parameters) -> Result<(), String> {
         Ok(())
     }
@@ -70,7 +70,7 @@ pub trait NormFile: NormKind + Sized {
     fn build(file: Self::File) -> Self;
 }
 
-/// How a residual becomes a number: any [`NormKind`] becomes one by `into`.
+/// A function that converts a residual to a cost; any [`NormKind`] can be converted to it by `into`.
 #[derive(Clone, Debug)]
 pub struct Norm(Arc<dyn Kind>);
 

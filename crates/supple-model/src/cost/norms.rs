@@ -34,7 +34,7 @@ impl Norms {
         norm.map_err(|error| document.read_error(at, error))
     }
 
-    /// The schema of all: a name, or a table with the name and its settings.
+    /// The schema of all norms: a name, or a table with the name and its settings.
     #[cfg(feature = "schema")]
     pub fn schema(&self, generator: &mut schemars::SchemaGenerator) -> Json {
         let one = |(name, schema): (&'static str, schemars::Schema)| {

@@ -1,4 +1,4 @@
-//! The content of a parsed file, whatever its format: texts, numbers, lists and tables, each with its byte range.
+//! The content of a parsed file, regardless of its format: strings, numbers, lists and tables, each with its byte range.
 
 use std::borrow::{Borrow, Cow};
 use std::cmp::Ordering;
@@ -59,7 +59,7 @@ impl Borrow<str> for Spanned<Cow<'_, str>> {
 /// The entries of a table by key.
 pub type Table<'a> = BTreeMap<Spanned<Cow<'a, str>>, Spanned<Content<'a>>>;
 
-/// A value of a parsed file. Numbers stay as written, so that the reader of a number can report which are too large.
+/// A value of a parsed file. Numbers are kept as written, so that code reading one can report that it is too large.
 #[derive(Clone, Debug)]
 pub enum Content<'a> {
     /// Text.

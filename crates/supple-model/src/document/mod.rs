@@ -57,7 +57,7 @@ pub struct Document<'a> {
     name: &'a str,
     text: &'a str,
     root: Spanned<Content<'a>>,
-    /// Whether its texts are table cells, which may stand for numbers and lists.
+    /// Whether its strings are table cells, which may represent numbers and lists.
     of_cells: bool,
     /// The names that values may use.
     names: Option<Rc<Names>>,
@@ -77,7 +77,7 @@ impl<'a> Document<'a> {
         Self { of_cells: true, ..Self::new(name, text, root) }
     }
 
-    /// The same document, whose values may use names of parameters.
+    /// The same document, but its values may use parameter names.
     #[must_use]
     pub fn naming(self, names: Rc<Names>) -> Self {
         Self { names: Some(names), ..self }
@@ -168,7 +168,7 @@ impl<'a> Document<'a> {
         self.error_in(existing.span(), write_path(at), message)
     }
 
-    /// An error in a file that the value at a place names; if that file cannot be read, the error points to the value.
+    /// An error in a file named by the value at a place; if that file cannot be read, the error points to the value.
     #[must_use]
     pub fn error_of_file(&self, at: &[Place], error: FileError) -> FileError {
         if error.line == 0 { self.error(at, error.to_string()) } else { error }
@@ -185,7 +185,7 @@ impl<'a> Document<'a> {
         self.error(at, message)
     }
 
-    /// An error of reading the value at a place.
+    /// An error from reading the value at a place.
     #[must_use]
     pub fn read_error(&self, at: &[Place], error: ReadError) -> FileError {
         let here = self.error(at, error.message);

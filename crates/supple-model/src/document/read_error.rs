@@ -51,7 +51,7 @@ impl de::Error for ReadError {
     }
     fn invalid_value(found: Unexpected, valid: &dyn de::Expected) -> Self {
         match found {
-            // The type tells what kind of number is valid, but not its minimum.
+            // The type determines what kind of number is valid, but not its minimum.
             Unexpected::Signed(number) if number < 0 && is_unsigned(&valid.to_string()) => {
                 Self::custom(format_args!("must not be negative; found {number}"))
             }

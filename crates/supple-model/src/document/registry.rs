@@ -3,7 +3,7 @@ use schemars::{Schema, SchemaGenerator};
 
 use super::Described;
 
-/// The kinds of one sort of thing by their names in files: how each is read, and the schema of its keys.
+/// A registry of kinds by their names in files: how each is read, and the schema of its keys.
 #[derive(Clone, Debug)]
 pub struct Registry<R> {
     kinds: Vec<Kind<R>>,

@@ -26,12 +26,12 @@ pub enum Entry {
     Sum(Vec<Value>),
 }
 
-/// The measurements that replace a model's own: first the own ones that are kept, then those from a catalogue.
+/// The measurements that replace a model's own: first those of the model that are kept, then those from a catalogue.
 #[derive(Clone, Debug, Default)]
 pub struct Equipment {
     /// How many measurements the model itself has.
     pub own: usize,
-    /// Indices of own measurements that are kept, with their noise; they come first.
+    /// Indices of the model's measurements that are kept, with their noise; they come first.
     pub kept: Vec<usize>,
     /// Added measurements: the entry, its name and unit, and the variance of its noise.
     pub added: Vec<(Entry, Channel, Value)>,
@@ -41,7 +41,7 @@ impl Equipment {
     /// The covariance of all entries, given that of the model's own measurements; added noise is independent.
     ///
     /// # Errors
-    /// If the covariance does not match the model's own measurements: its order.
+    /// If the covariance does not match the model's own measurements; the error is its order.
     pub fn covariance(&self, own: &Covariance) -> Result<Covariance, usize> {
         if own.order() != self.own {
             return Err(own.order());

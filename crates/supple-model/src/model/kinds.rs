@@ -11,7 +11,7 @@ use crate::quantity::{self, QuantityFile};
 
 /// The kinds that task files may name: those of the library, and any added here.
 ///
-/// A kind of another crate can do everything that those of the library can; a task file read with
+/// A kind from another crate can do everything that a built-in kind can; a task file read with
 /// `supple_file::load_with` names it in the same way.
 ///
 /// ```
@@ -145,7 +145,7 @@ impl Kinds {
 }
 
 impl Source<'_> {
-    /// Reads `[model]`: its `kind` decides the rest.
+    /// Reads `[model]`, whose `kind` determines which other keys are valid.
     ///
     /// # Errors
     /// If there is no such kind, or the table is invalid.

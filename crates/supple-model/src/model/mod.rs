@@ -72,12 +72,12 @@ pub trait ModelFile: Model + Clone {
         self.warnings()
     }
 
-    /// Whether its first state may be omitted, or given by a keyframe or a pose.
+    /// Whether the task may omit the first state, or give it by a keyframe or a pose.
     fn starts_by_itself(&self) -> bool {
         false
     }
 
-    /// The first state before individual states are set, or what does not fit.
+    /// The first state before individual states are set, or an error about what does not fit the model.
     fn first_state(&self, _start: &Start) -> Result<Vec<f64>, Unfit> {
         Ok(vec![0.0; self.dimensions().states])
     }
@@ -100,7 +100,7 @@ pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + Described {
     /// Checks its numbers and shapes within the parameters' bounds.
     ///
     /// # Errors
-    /// The key, and what is valid.
+    /// If one is invalid; the error gives the key and what is valid.
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
 }
 
@@ -137,7 +137,7 @@ pub trait AnyModel {
     /// The first state before individual states are set.
     ///
     /// # Errors
-    /// The key of the keyframe or pose that does not fit, and why.
+    /// If the keyframe or pose does not fit; the error gives its key and the reason.
     fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit>;
     /// Pairs of states of which the first defaults to the second if the task does not give its initial value.
     fn followers(&self) -> Vec<(usize, usize)>;

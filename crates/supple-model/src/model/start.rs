@@ -14,7 +14,7 @@ pub struct Start<'a> {
     pub phi: &'a [f64],
 }
 
-/// Where a frame of a robot is at the start of a task.
+/// The pose of a robot's frame at the start of a task.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

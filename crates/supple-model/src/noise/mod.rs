@@ -15,7 +15,7 @@ pub use varying::{VaryingNoise, VaryingVariance};
 /// A covariance matrix whose entries are values: its diagonal, or all of it; or one matrix of numbers per step.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Covariance {
-    /// Variances, the rest being 0.
+    /// Variances on the diagonal; all other entries are 0.
     Diagonal(Vec<Value>),
     /// All entries, symmetric.
     Full(Vec<Vec<Value>>),
@@ -24,7 +24,7 @@ pub enum Covariance {
 }
 
 impl Covariance {
-    /// Of these variances, independent of one another: numbers or parameters.
+    /// A diagonal covariance of independent entries with these variances: numbers or parameters.
     #[must_use]
     pub fn diagonal(variances: impl IntoIterator<Item = impl Into<Value>>) -> Self {
         Self::Diagonal(variances.into_iter().map(Into::into).collect())
@@ -115,11 +115,11 @@ impl Covariance {
 /// The noise of a task.
 #[derive(Clone, Debug)]
 pub struct NoiseModel {
-    /// `X_0`, n x n: of the first state.
+    /// `X_0`, n x n: covariance of the first state.
     pub initial: Covariance,
-    /// `W`, n x n: of the process, in each step 0..N-1; may be singular.
+    /// `W`, n x n: covariance of the process noise in each step 0..N-1; may be singular.
     pub process: Covariance,
-    /// `V`, p x p: of the measurement at each step 0..N; positive definite.
+    /// `V`, p x p: covariance of the measurement noise at each step 0..N; positive definite.
     pub measurement: Covariance,
     /// State-dependent additions to the variances of measurements; usually none.
     pub varying: Vec<VaryingVariance>,

@@ -50,7 +50,7 @@ impl NamedVariance {
     /// One entry for each measurement that is named.
     ///
     /// # Errors
-    /// A name that is none of those there are, with advice; a coefficient that is or can be negative.
+    /// If a name does not exist, with advice, or a coefficient is or can be negative.
     pub fn find(&self, channels: &Channels, parameters: &Parameters) -> Result<Vec<VaryingVariance>, WrongName> {
         let wrong = |key, message| WrongName { key, entry: None, message, help: None };
         let states: Vec<&str> = channels.states.iter().map(|channel| channel.name.as_str()).collect();

@@ -24,7 +24,7 @@ impl VaryingVariance {
     /// Adds to the variances along `states`.
     ///
     /// # Errors
-    /// Where what is added is negative or not finite.
+    /// If an added variance is negative or not finite.
     pub(super) fn add_along(&self, phi: &[f64], states: &Matrices, variances: &mut Matrices) -> Result<(), Error> {
         let varying = VaryingNoise::of(self, phi);
         for step in 0..variances.count() {

@@ -1,6 +1,6 @@
 use supple_text::digits;
 
-/// What does not fit the parameters of a problem.
+/// An error about the parameters of a problem.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
@@ -9,7 +9,7 @@ pub enum ParameterError {
     Unknown {
         /// The name that was given.
         name: String,
-        /// The names that are there, in quotes, or `none`.
+        /// The valid names, in quotes, or `none`.
         valid: String,
     },
     /// A value outside the bounds, or not finite.

@@ -236,14 +236,14 @@ pub enum Role {
 pub struct Parameters(Vec<Parameter>);
 
 impl Parameters {
-    /// The given parameters, their catalogues put in order.
+    /// The given parameters, with their catalogues sorted.
     #[must_use]
     pub fn new(mut list: Vec<Parameter>) -> Self {
         list.iter_mut().for_each(Parameter::sort_catalogue);
         Self(list)
     }
 
-    /// Adds a parameter, which models and tasks name by its handle.
+    /// Adds a parameter; models and tasks refer to it by the returned handle.
     pub fn declare(&mut self, mut parameter: Parameter) -> ParameterHandle {
         parameter.sort_catalogue();
         self.0.push(parameter);
@@ -286,7 +286,7 @@ impl Parameters {
     /// The index of the parameter `name`.
     ///
     /// # Errors
-    /// Where there is none; the error lists those there are.
+    /// If there is no such parameter; the error lists the valid names.
     pub fn index(&self, name: &str) -> Result<usize, ParameterError> {
         self.iter().position(|parameter| parameter.name == name).ok_or_else(|| ParameterError::Unknown {
             name: name.to_owned(),

@@ -11,7 +11,7 @@ use supple_text::digits;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Price {
-    /// `c / phi`: for a variance, the price of averaging several equal sensors.
+    /// `c / phi`: if `phi` is a variance, the price of averaging several identical sensors.
     Inverse(f64),
     /// `c phi`
     Linear(f64),
@@ -45,7 +45,7 @@ impl Price {
         }
     }
 
-    /// Its derivative by the value.
+    /// The derivative of the price with respect to the value.
     #[must_use]
     pub fn slope(self, phi: f64) -> f64 {
         match self {
@@ -110,7 +110,7 @@ pub struct PriceReport {
 }
 
 impl Parameter {
-    /// Whether it has a price, of its own or of an entry of its catalogue.
+    /// Whether it has a price, either directly or for an entry of its catalogue.
     fn has_price(&self) -> bool {
         self.price.is_some() || self.catalogue.iter().any(|entry| entry.price.is_some())
     }
@@ -141,7 +141,7 @@ impl Parameters {
         Named(priced.map(|(parameter, &value)| (parameter.name.clone(), parameter.price_at(value))).collect())
     }
 
-    /// The sum of all prices as seen by a search through the values `phi`: for design parameters the smooth price forms;
+    /// The sum of all prices as a search evaluates it at the values `phi`: for design parameters the smooth price forms;
     /// the prices of catalogue entries count only for parameters that the search holds at one.
     #[must_use]
     pub fn price_in_search(&self, phi: &[f64]) -> f64 {

@@ -12,7 +12,7 @@ use crate::channels::Channel;
 use crate::parameters::Parameters;
 use crate::physics::Point;
 
-/// A quantity of any kind: every [`Measurable`] becomes one by `into`.
+/// A quantity of any kind: every [`Measurable`] can be converted to it by `into`.
 #[derive(Clone, Debug)]
 pub struct Quantity(Arc<dyn Kind>);
 
@@ -174,7 +174,7 @@ impl Quantity {
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
     ///
     /// # Errors
-    /// Where something is.
+    /// If something is wrong.
     pub fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         self.0.check(parameters)
     }

@@ -19,7 +19,7 @@ pub struct CenterOfMass {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// Which coordinates of the world count; default: all.
+    /// World coordinates to use; default: all.
     axes: Option<Vec<Axis>>,
 }
 

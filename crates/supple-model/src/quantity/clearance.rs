@@ -5,7 +5,7 @@ use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::Point;
 
-/// Distance between a contact's body and its wall, negative where the body is inside, m.
+/// Distance between a contact's body and its wall, negative if the body penetrates it, m.
 #[derive(Clone, Debug)]
 pub struct Clearance {
     /// Place of the depth among the model's signals.

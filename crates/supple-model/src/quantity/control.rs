@@ -21,7 +21,7 @@ pub struct File {
 }
 
 impl Control {
-    /// All of so many controls.
+    /// All controls, given their number.
     #[must_use]
     pub fn all(controls: usize) -> Self {
         Self { selected: (0..controls).collect() }

@@ -24,7 +24,7 @@ pub struct File {
 }
 
 impl DriveEffort {
-    /// Of the drives with these names, or of all where none are given.
+    /// The efforts of the drives with these names, or of all drives if `select` is `None`.
     pub(crate) fn of(select: Option<Vec<String>>, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
         let (drives, signals) = vocabulary.selected_drives(select, EFFORT)?;
         Ok(Self { drives, signals })

@@ -6,7 +6,7 @@ use super::{Known, Measurable, Quantity, QuantityFile, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::{Point, Sensed};
 
-/// What sensors of the robot's file measure, in the units of that.
+/// The quantities that sensors of the robot file measure, in their units.
 #[derive(Clone, Debug)]
 pub struct FromFile {
     sensors: Vec<Quantity>,

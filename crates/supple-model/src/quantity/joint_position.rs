@@ -37,7 +37,7 @@ pub enum Side {
 }
 
 impl File {
-    /// Places of the states `PREFIX.NAME` of what is selected.
+    /// Places of the states `PREFIX.NAME` of the selected joints.
     pub fn states(self, prefix: &str, vocabulary: &Vocabulary) -> Result<Vec<usize>, Unfit> {
         let joints = vocabulary.selected_joints(self.select)?;
         if self.side == Side::Link {

@@ -11,7 +11,7 @@ pub trait QuantityFile: Measurable + Sized {
     /// The keys of its table, except `kind` and those of its use as a sensor, cost, limit or curve.
     type File: for<'de> Deserialize<'de> + Described;
 
-    /// Whether all of this kind depend on the control.
+    /// Whether all quantities of this kind depend on the control.
     const OF_CONTROL: bool = false;
 
     /// The quantity.
@@ -36,12 +36,12 @@ struct Reads {
 pub struct Kinds(Registry<Reads>);
 
 impl Kinds {
-    /// None.
+    /// An empty registry.
     pub(super) fn none() -> Self {
         Self(Registry::default())
     }
 
-    /// Adds a kind, in the place of one that has its name.
+    /// Adds a kind, replacing any kind of the same name.
     pub fn add<Q: QuantityFile>(&mut self) {
         let build = |table: Reader, vocabulary: &Vocabulary| {
             Q::File::deserialize(table).map(|file| Q::build(file, vocabulary).map(Quantity::from))

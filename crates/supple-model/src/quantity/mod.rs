@@ -1,6 +1,6 @@
 //! Quantities: numbers of a robot that sensors measure, costs weigh, limits bound and curves show.
 //!
-//! A new kind is one file, and one line in the list at the end of this file; that of another crate is added to
+//! To add a kind, write one file and one line in the list at the end of this file; kinds of other crates are added to
 //! [`Kinds`](crate::Kinds).
 
 use std::fmt::Debug;
@@ -77,7 +77,7 @@ pub struct Known<'a, S> {
 }
 
 impl<S> Known<'_, S> {
-    /// Nothing.
+    /// No signals and no next state.
     pub const NONE: Self = Known { signals: &[], next: &[] };
 }
 
@@ -87,7 +87,7 @@ impl<S> Known<'_, S> {
 /// use supple_model::quantity::{Known, Measurable, Vocabulary};
 /// use supple_model::{Channel, Point, Scalar};
 ///
-/// /// How fast a body moves whose velocity is two states.
+/// /// Speed of a body whose velocity components are two states.
 /// #[derive(Debug)]
 /// struct Speed { velocity: [usize; 2] }
 ///

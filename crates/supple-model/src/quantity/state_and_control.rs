@@ -12,7 +12,7 @@ pub struct StateAndControl {
 }
 
 impl StateAndControl {
-    /// Of so many states and controls.
+    /// All states and controls, given their numbers.
     #[must_use]
     pub fn new(states: usize, controls: usize) -> Self {
         Self { states, controls }

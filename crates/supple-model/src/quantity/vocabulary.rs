@@ -69,7 +69,7 @@ impl Unfit {
     }
 }
 
-/// Prefix of those signals of elements that are deflections rather than forces.
+/// Prefix of compliance signals that are deflections rather than forces.
 pub const DEFLECTION: &str = "deflection";
 
 impl Vocabulary {
@@ -259,7 +259,7 @@ impl Vocabulary {
         }
     }
 
-    /// What a signal of a contact is, for people: with the contact's name where it has one.
+    /// The channel of a contact's signal, named after the contact if it has a name.
     #[must_use]
     pub fn contact_channel(&self, signal: usize, what: &str, unit: &str) -> Channel {
         match self.signal_name(signal).rsplit_once('.') {
@@ -273,7 +273,7 @@ impl Vocabulary {
     pub fn coupling_channel(&self, place: usize) -> Channel {
         let name = self.signal_name(place);
         let (element, signal) = name.rsplit_once('.').unwrap_or(("", name));
-        // What acts on a prismatic joint is a force.
+        // The effort on a prismatic joint is a force.
         if signal == "torque" && self.torque_unit(element) == "N" {
             return Channel::new(format!("{element}.force"), "N");
         }

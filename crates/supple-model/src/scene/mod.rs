@@ -13,7 +13,7 @@ pub use supple_robot::Pose;
 pub use track::Track;
 pub use track::round;
 
-/// At how many times a scene shows a plan at most.
+/// Greatest number of frames in a scene.
 pub const MOST_FRAMES: usize = 101;
 
 /// A moving picture of a plan. All lengths are in m and in the axes of the world; rotations are quaternions
@@ -103,7 +103,7 @@ pub struct MeshFile {
     pub position: [f64; 3],
     /// How it is turned in that frame.
     pub rotation: [f64; 4],
-    /// Factor by axis of the mesh, before it is turned.
+    /// Scale factor for each axis of the mesh, applied before rotation.
     pub scale: [f64; 3],
 }
 
@@ -119,7 +119,7 @@ pub enum ConnectionKind {
     Contact,
 }
 
-/// What pulls or presses between two points.
+/// A spring, bushing or contact that exerts a force between two points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Connection {
     /// Its name.
@@ -130,9 +130,9 @@ pub struct Connection {
     pub from: Track<3>,
     /// Where the second end is.
     pub to: Track<3>,
-    /// Force on what is at the second end, N.
+    /// Force on the body at the second end, N.
     pub force: Track<3>,
-    /// Torque on what is at the second end, N m.
+    /// Torque on the body at the second end, N m.
     pub torque: Track<3>,
 }
 
@@ -157,7 +157,7 @@ pub struct Wall {
     pub position: Track<3>,
     /// How it is turned: z is the normal, out of the wall.
     pub rotation: [f64; 4],
-    /// Edges of the plate: two along the wall, and how thick it is.
+    /// Edges of the plate: two along the wall, and its thickness.
     pub size: [f64; 3],
     /// Standard deviation of its place along the normal, m.
     pub deviation: Track<1>,

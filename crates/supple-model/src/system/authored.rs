@@ -37,7 +37,7 @@ pub struct Authored<M> {
     time_step: Value,
     pub(super) parameters: usize,
     pub(super) size: Dimensions,
-    /// Into how many steps of integration the model divides a time step.
+    /// Number of integration steps per time step.
     pub(super) substeps: usize,
     /// Whether stage costs take the next state as an input.
     pub(super) gives_next: bool,

@@ -15,7 +15,7 @@ use crate::Model;
 use crate::trajectory::Trajectory;
 
 impl<M: Model> Authored<M> {
-    /// Whether a time step is more than one step of integration.
+    /// Whether a time step consists of more than one integration step.
     pub(super) fn is_divided(&self) -> bool {
         self.substeps > 1
     }

@@ -6,7 +6,7 @@ use supple_lqg::mend;
 /// part of the `[l_zz | l_z]` matrices, `joint` x `joint`, becomes the nearest positive semidefinite one. Returns how
 /// many were changed.
 ///
-/// Matrices that are semidefinite up to rounding are unchanged, which one factorisation each decides. So are those
+/// Matrices that are semidefinite up to rounding are unchanged, which is checked by one factorisation each. So are those
 /// with non-finite entries, which plans report. A system that calls this must write every entry of its matrices
 /// each time, including zeros.
 pub fn make_convex(quadratics: &mut Matrices, joint: usize) -> usize {

@@ -98,7 +98,7 @@ pub trait System: Send + Sync {
         Vec::new()
     }
 
-    /// The forces that costs want from contacts.
+    /// The contact forces that costs request.
     fn wanted_forces(&self, _phi: &[f64]) -> Vec<WantedForce> {
         Vec::new()
     }
@@ -159,7 +159,7 @@ pub trait System: Send + Sync {
         Vec::new()
     }
 
-    /// The limits that plans keep; `None` if there are none.
+    /// The limits that plans enforce; `None` if there are none.
     fn constraints(&self) -> Option<&dyn Constraints> {
         None
     }

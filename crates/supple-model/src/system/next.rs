@@ -336,7 +336,7 @@ struct Weigh<'a> {
     weights: &'a Matrices,
     first: usize,
     stages: usize,
-    /// `Q` of every point, of which the rows from `from` on count.
+    /// `Q` of every point; only its rows from `from` on are used.
     curvature: &'a Matrices,
     from: usize,
     weighed: &'a mut Matrices,

@@ -113,7 +113,7 @@ pub(super) struct Substeps {
 }
 
 impl Substeps {
-    /// All of them, as stages of their own.
+    /// All sub-steps, as if each were a stage.
     pub fn points(&self) -> Points<'_> {
         let Self { states, controls, .. } = self;
         Points { states, controls, stages: states.count(), has_end: false, times: Times::From(0) }
@@ -128,7 +128,7 @@ impl Substeps {
         self.size.states
     }
 
-    /// The last of every stage.
+    /// The last sub-step of every stage.
     pub fn last_batch(&self) -> Batch {
         Batch { first: self.last(), count: self.stages }
     }

@@ -26,7 +26,7 @@ pub(super) mod source {
 /// All variables of a model, and its functions recorded.
 pub(super) struct Trace<'a, M> {
     pub model: &'a M,
-    /// Of the task.
+    /// Time step of the task.
     pub time_step: Value,
     /// `z = (x, u)`.
     pub z: Vec<Node>,
@@ -94,7 +94,7 @@ fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
     x
 }
 
-/// The same after a single one.
+/// The next state after a single sub-step.
 fn step_solved<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
     let w = solved(model.solution(at), model.unknowns(), |w| {
         let with = Point { w, ..*at };
@@ -107,12 +107,12 @@ fn step_solved<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
     next
 }
 
-/// Into how many steps of integration a model divides a time step.
+/// Number of integration steps into which a model divides a time step.
 pub(super) fn substeps<M: Model>(model: &M) -> usize {
     model.substeps().unwrap_or(1).max(1)
 }
 
-/// How long each of them is.
+/// The length of each sub-step.
 fn of_substep<M: Model, S: Scalar>(model: &M, time_step: S) -> S {
     match substeps(model) {
         1 => time_step,
@@ -154,7 +154,7 @@ impl<'a, M: Model> Trace<'a, M> {
         self.next.as_ref().map(|(next, _)| &next[..])
     }
 
-    /// Which entries of the next state costs depend on that are given it.
+    /// Entries of the next state that the costs depend on; empty unless it is an input.
     pub fn counting(&self) -> &[usize] {
         self.next.as_ref().map_or(&[], |(_, counting)| counting)
     }

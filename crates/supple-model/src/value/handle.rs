@@ -1,5 +1,5 @@
-/// A declared parameter, as [`Parameters::declare`](crate::parameters::Parameters::declare) gives it: what stands in a model
-/// or a task in the place of a number.
+/// A declared parameter, as returned by [`Parameters::declare`](crate::parameters::Parameters::declare); a model
+/// or a task can use it in place of a number.
 ///
 /// ```
 /// use supple_model::Value;

@@ -4,8 +4,8 @@ use supple_text::digits;
 
 use super::Value;
 
-/// Relative tolerance for the symmetry of numbers, by the largest number of the matrix: rounding errors of products
-/// rounding leaves of products such as `G G'`.
+/// Relative tolerance for asymmetry, as a fraction of the largest number in the matrix: it allows for the rounding errors
+/// of products such as `G G'`.
 const ROUNDING: f64 = 1e-12;
 
 /// An entry of a square matrix that differs from its mirror image by more than rounding, or is a different parameter
@@ -23,7 +23,7 @@ pub struct Asymmetry {
 }
 
 impl Asymmetry {
-    /// What is valid, and both entries in words, given the names of the parameters.
+    /// The error message: what is valid, and both entries in words, given the names of the parameters.
     #[must_use]
     pub fn message(&self, names: &[String]) -> String {
         let Self { row, column, entry, mirrored } = *self;

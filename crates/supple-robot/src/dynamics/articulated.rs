@@ -27,14 +27,14 @@ fn crossing<S: Scalar>([x, y, z]: [S; 3]) -> [[S; 3]; 3] {
 }
 
 impl<S: Scalar> Articulated<S> {
-    /// Of a rigid body.
+    /// The articulated inertia of a single rigid body.
     pub fn rigid(inertia: &Inertia<S>) -> Self {
         let (m, o) = (inertia.mass, S::zero());
         let linear = [[m, o, o], [o, m, o], [o, o, m]];
         Self { angular: inertia.moments(), coupling: crossing(inertia.first), linear }
     }
 
-    /// Of both together.
+    /// The sum of both inertias.
     pub fn plus(&self, other: &Self) -> Self {
         Self {
             angular: add_matrices(self.angular, other.angular),
@@ -43,7 +43,7 @@ impl<S: Scalar> Articulated<S> {
         }
     }
 
-    /// The wrench for unit acceleration along the joint: the column of this inertia for the joint.
+    /// The wrench required for unit acceleration along the joint: the column of this inertia for the joint's motion.
     pub fn column(&self, motion: Motion) -> Wrench<S> {
         let column = |matrix: [[S; 3]; 3]| matrix.map(|row| row[2]);
         match motion {
@@ -52,10 +52,10 @@ impl<S: Scalar> Articulated<S> {
         }
     }
 
-    /// The inertia that remains when the joint is free: `I - u u' / d`, with the joint's column `u`, and `d` its entry along
+    /// The inertia that remains when the joint is free: `I - u u' / d`, where `u` is the joint's column, `d` its entry along
     /// the joint plus the `armature`.
     ///
-    /// Along the joint that is `u armature / d`, a constant zero without armature.
+    /// Its component along the joint is `u armature / d`, which is a constant zero without armature.
     pub fn freed(&self, motion: Motion, u: &Wrench<S>, inverse: S, armature: S) -> Self {
         let (torque, force) = (scale(inverse, u.torque), scale(inverse, u.force));
         let less = |a: [[S; 3]; 3], b: [[S; 3]; 3]| [0, 1, 2].map(|row| sub(a[row], b[row]));
@@ -71,7 +71,7 @@ impl<S: Scalar> Articulated<S> {
         Self { angular: mirrored(angular), coupling, linear: mirrored(linear) }
     }
 
-    /// The force for an acceleration.
+    /// The wrench required for an acceleration.
     pub fn force(&self, acceleration: &Acceleration<S>) -> Wrench<S> {
         let (angular, linear) = (acceleration.angular, acceleration.linear);
         let [a, b, c] = self.coupling;
@@ -82,7 +82,7 @@ impl<S: Scalar> Articulated<S> {
         }
     }
 
-    /// The same in the frame of the parent body. With the blocks rotated and the origin `r`,
+    /// The same inertia in the frame of the parent body. With the rotated blocks and the origin `r`:
     ///
     /// ```text
     /// L_p = L        H_p = H + [r] L        A_p = A + [r] H' - H_p [r]

@@ -6,7 +6,7 @@ use super::inertia::Inertia;
 use crate::pose::constants;
 use crate::{Numbers, Pose, Tree};
 
-/// Constants in body frames.
+/// Constant properties of all bodies and links, in body frames.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies<S> {
     /// Pose of each body in its parent body, with the joint at position 0.
@@ -18,7 +18,7 @@ pub(crate) struct Bodies<S> {
 }
 
 impl<S: Scalar> Bodies<S> {
-    /// Of a tree with the given numbers.
+    /// The constants for a tree with the given numbers.
     pub fn of(tree: &Tree, numbers: &Numbers<S>) -> Self {
         let mut joints = Vec::with_capacity(tree.bodies().len());
         let mut inertias = vec![Inertia::zero(); tree.bodies().len()];

@@ -6,7 +6,7 @@ use super::{Kinematics, Wrench};
 use crate::Tree;
 use crate::pose::{add, cross};
 
-/// The external wrench on each body, about the body's origin in the body's axes. Wrenches on links of the world have
+/// The external wrench on each body, about the body's origin in the body's axes. Wrenches on links of the world itself have
 /// no effect.
 pub(crate) fn on_bodies<S: Scalar>(
     tree: &Tree,

@@ -11,8 +11,8 @@ use crate::pose::{add, cross, dot};
 use crate::tree::Motion;
 use crate::{Numbers, Tree};
 
-/// Depth of the tree up to which the mass matrix takes fewer operations than articulated bodies: counted for chains
-/// of joints at right angles and at any angles.
+/// Depth of the tree up to which the mass matrix takes fewer operations than articulated bodies; found by counting them
+/// for chains of joints, both at right angles and at arbitrary angles.
 const SHALLOW: usize = 9;
 
 /// The accelerations `a` of the degrees of freedom, rad/s^2 or m/s^2, that solve `M a + h = tau + sum J' wrench`.
@@ -24,7 +24,7 @@ const SHALLOW: usize = 9;
 /// accelerations are not finite.
 ///
 /// # Panics
-/// Where `tau` has not one entry by degree of freedom, or `kinematics` are those of another tree.
+/// If `tau` does not have one entry per degree of freedom, or `kinematics` belongs to another tree.
 pub fn forward_dynamics<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,
@@ -45,7 +45,7 @@ pub fn forward_dynamics<S: Scalar>(
 /// in the number of bodies. For trees without joints that follow others.
 ///
 /// # Panics
-/// Where a joint follows another, `tau` has not one entry by degree of freedom, or `kinematics` are those of another
+/// If a joint follows another, `tau` does not have one entry per degree of freedom, or `kinematics` belongs to another
 /// tree.
 pub fn articulated_bodies<S: Scalar>(
     tree: &Tree,
@@ -62,8 +62,8 @@ pub fn articulated_bodies<S: Scalar>(
     outward(tree, numbers, kinematics, &drifts, &joints)
 }
 
-/// Result of the inward sweep for a joint: its acceleration is `(free - column' X a) inverse`, where `X a` is that
-/// contributed by the parent body.
+/// Result of the inward sweep for a joint: its acceleration is `(free - column' X a) inverse`, where `X a` is the
+/// acceleration contributed by the parent body.
 struct Joint<S> {
     column: Wrench<S>,
     inverse: S,

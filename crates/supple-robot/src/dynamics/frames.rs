@@ -7,18 +7,18 @@ use crate::Tree;
 use crate::pose::{cross, scale, sub};
 use crate::tree::Motion;
 
-/// The Jacobian of a frame whose origin is `point`, m in the axes of `link`: six rows by degrees of freedom, that give
-/// its angular velocity and then the velocity of the point, both in the axes of the world, from `v`.
+/// The Jacobian of a frame whose origin is `point`, m in the axes of `link`: a 6 x `dofs` matrix that maps `v`
+/// to the frame's angular velocity (rows 1 to 3) and the velocity of the point (4 to 6), both in the axes of the world.
 ///
 /// Entries of degrees of freedom that do not move the link are constant zeros.
 ///
 /// # Panics
-/// Where there is no such link, or `kinematics` are those of another tree.
+/// If there is no such link, or `kinematics` belongs to another tree.
 pub fn frame_jacobian<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>, link: usize, point: [S; 3]) -> [Vec<S>; 6] {
     point_jacobian(tree, kinematics, link, kinematics.poses()[link].apply(point))
 }
 
-/// The same of a `point` that is given in the world, m, and moves with `link`.
+/// The same for a `point` given in world coordinates, m, that moves with `link`.
 ///
 /// # Panics
 /// As [`frame_jacobian`].

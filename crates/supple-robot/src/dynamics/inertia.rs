@@ -1,4 +1,4 @@
-//! Inertia as mass, first and second moments: a representation in which everything is linear.
+//! Inertia represented by mass, first and second moments, in which all operations are linear.
 
 use supple_kernels::Scalar;
 
@@ -30,7 +30,7 @@ pub(crate) struct Acceleration<S> {
 }
 
 impl<S: Scalar> Acceleration<S> {
-    /// Of a body with angular velocity `w`.
+    /// The acceleration field of a body with angular velocity `w`.
     pub fn new(linear: [S; 3], angular: [S; 3], w: [S; 3]) -> Self {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = outer(w, w);
         let [x, y, z] = angular;
@@ -38,19 +38,19 @@ impl<S: Scalar> Acceleration<S> {
         Self { linear, angular, gradient }
     }
 
-    /// Of the body's point `p`.
+    /// The acceleration of the body's point `p`.
     pub fn at(&self, p: [S; 3]) -> [S; 3] {
         add(self.linear, times(self.gradient, p))
     }
 }
 
 impl<S: Scalar> Inertia<S> {
-    /// Of nothing.
+    /// No inertia.
     pub fn zero() -> Self {
         Self { mass: S::zero(), first: [S::zero(); 3], second: [[S::zero(); 3]; 3] }
     }
 
-    /// Of a link that is at `pose`: `J = R (trace(I_c) / 2 - I_c) R' + m c c'` with its centre `c`.
+    /// The inertia of a link at `pose`: `J = R (trace(I_c) / 2 - I_c) R' + m c c'` with its centre `c`.
     pub fn of(link: &LinkNumbers<S>, pose: &Pose<S>) -> Self {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = link.moment;
         let half = (xx + yy + zz) * 0.5;
@@ -61,7 +61,7 @@ impl<S: Scalar> Inertia<S> {
         Self { mass: link.mass, first, second: mirrored(second) }
     }
 
-    /// Of both together.
+    /// The sum of both inertias.
     pub fn plus(&self, other: &Self) -> Self {
         Self {
             mass: self.mass + other.mass,
@@ -70,7 +70,7 @@ impl<S: Scalar> Inertia<S> {
         }
     }
 
-    /// The same in the frame of the parent body: with `g = R first` and the origin `r`,
+    /// The same inertia in the frame of the parent body: with `g = R first` and the origin `r`,
     /// `R J R' + g r' + r g' + m r r'`.
     pub fn inward(&self, step: &Step<S>) -> Self {
         let (turned, r) = (step.inward(self.first), step.origin);
@@ -85,7 +85,7 @@ impl<S: Scalar> Inertia<S> {
         Self { mass: self.mass, first: add(turned, moved), second: mirrored(second) }
     }
 
-    /// The force required for this acceleration, with its torque about the origin.
+    /// The wrench required for this acceleration: the force, and the torque about the origin.
     ///
     /// ```text
     /// force = sum m (a + W r) = m a + W first        torque = sum m r x (a + W r) = first x a + axial(W J)

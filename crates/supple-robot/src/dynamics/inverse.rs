@@ -16,7 +16,7 @@ use crate::{Numbers, Tree};
 /// `external` lists links with the external wrenches on them, about the link's origin in the link's axes.
 ///
 /// # Panics
-/// Where `a` has not one entry by degree of freedom, or `kinematics` are those of another tree.
+/// If `a` does not have one entry per degree of freedom, or `kinematics` belongs to another tree.
 pub fn inverse_dynamics<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,
@@ -48,7 +48,7 @@ pub fn inverse_dynamics<S: Scalar>(
     generalized
 }
 
-/// The force `h - passive` required for zero accelerations: Coriolis forces and gravity, minus
+/// The generalised forces `h - passive` required for zero accelerations: Coriolis forces and gravity, minus
 /// [`passive_forces`] at `q`, `v` and `smoothing`. With it, `M a + bias = tau`.
 ///
 /// # Panics

@@ -9,7 +9,7 @@ use crate::pose::{add, cross, sub};
 use crate::tree::{Body, Motion};
 use crate::{Numbers, Pose, Tree};
 
-/// Where the links are and how fast they move, at one position and velocity of a robot: computed once, and read by all
+/// Poses and velocities of the links at one position and velocity of a robot: computed once, and used by all
 /// the algorithms.
 #[derive(Clone, Debug)]
 pub struct Kinematics<S> {
@@ -55,10 +55,10 @@ impl<S: Scalar> Twist<S> {
 }
 
 impl<S: Scalar> Kinematics<S> {
-    /// At positions `q`, rad or m, and velocities `v`, rad/s or m/s, of the degrees of freedom.
+    /// The kinematics at positions `q`, rad or m, and velocities `v`, rad/s or m/s, of the degrees of freedom.
     ///
     /// # Panics
-    /// Where `q` or `v` has not one entry by degree of freedom, or `numbers` are those of another robot.
+    /// If `q` or `v` does not have one entry per degree of freedom, or `numbers` belongs to another robot.
     pub fn of(tree: &Tree, numbers: &Numbers<S>, q: &[S], v: &[S]) -> Self {
         assert_eq!((q.len(), v.len()), (tree.dofs(), tree.dofs()), "positions and velocities of other dofs");
         let bodies = Bodies::of(tree, numbers);
@@ -77,7 +77,7 @@ impl<S: Scalar> Kinematics<S> {
         Self { bodies, moved, links, of_link }
     }
 
-    /// At positions `q`, rad or m, of the degrees of freedom, at rest.
+    /// The kinematics at positions `q`, rad or m, of the degrees of freedom, with all velocities 0.
     ///
     /// # Panics
     /// As [`Kinematics::of`].
@@ -102,7 +102,7 @@ impl<S: Scalar> Kinematics<S> {
         other
     }
 
-    /// Where each link of the robot is in the world.
+    /// The pose of each link of the robot in the world.
     pub fn poses(&self) -> &[Pose<S>] {
         &self.links
     }
@@ -131,7 +131,7 @@ fn carried<S: Scalar>(body: &Body, step: &Step<S>, parent: &Twist<S>, rate: S) -
 }
 
 impl<S: Scalar> Moved<S> {
-    /// The acceleration of the body, given that of its parent body, `parent`, and that of its joint, `joint`, rad/s^2
+    /// The acceleration of the body, given `parent`, that of its parent body, and `joint`, that of its joint, rad/s^2
     /// or m/s^2.
     pub fn accelerated(&self, motion: Motion, parent: &Acceleration<S>, joint: S) -> Acceleration<S> {
         let mut angular = self.step.outward(parent.angular);
@@ -148,7 +148,7 @@ impl<S: Scalar> Moved<S> {
         Acceleration::new(linear, angular, self.twist.angular)
     }
 
-    /// The acceleration of the world that accounts for gravity: bodies at rest then need forces that support them.
+    /// Acceleration to assign to the world to account for gravity: bodies at rest then require supporting forces.
     pub fn world(gravity: [S; 3]) -> Acceleration<S> {
         let still = [S::zero(); 3];
         Acceleration::new(sub(still, gravity), still, still)

@@ -8,12 +8,12 @@ use super::{Kinematics, Wrench};
 use crate::tree::Motion;
 use crate::{Numbers, Tree};
 
-/// The mass matrix, with the inertia of drives: `dofs` by `dofs`, symmetric; kg m^2, kg m or kg.
+/// The mass matrix, including the inertia of drives: `dofs` by `dofs`, symmetric; kg m^2, kg m or kg.
 ///
-/// Entries of two degrees of freedom that move no body together are constant zeros.
+/// Entries that couple two degrees of freedom are constant zeros if no body is moved by both.
 ///
 /// # Panics
-/// Where `kinematics` are those of another tree.
+/// If `kinematics` belongs to another tree.
 pub fn mass_matrix<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, kinematics: &Kinematics<S>) -> Vec<Vec<S>> {
     let mut mass = vec![vec![S::zero(); tree.dofs()]; tree.dofs()];
     for_each_part(tree, numbers, kinematics, |row, column, part| {
@@ -25,8 +25,8 @@ pub fn mass_matrix<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, kinematics: &Ki
     mass
 }
 
-/// Calls `add` with row, column and value of every part of the mass matrix that is not a constant zero. Of symmetric
-/// pairs off the diagonal, only one entry is passed.
+/// Calls `add` with row, column and value of each part of the mass matrix that is not a constant zero. Of each symmetric
+/// pair of off-diagonal entries, only one is passed.
 ///
 /// # Panics
 /// As [`mass_matrix`].
@@ -64,7 +64,7 @@ fn composites<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>) -> Vec<Inertia
     composites
 }
 
-/// The wrench that accelerates an inertia at rest by 1 along its joint.
+/// The wrench that gives a body with this inertia, at rest, unit acceleration along its joint.
 fn unit_force<S: Scalar>(motion: Motion, inertia: &Inertia<S>) -> Wrench<S> {
     let [x, y, _] = inertia.first;
     match motion {

@@ -10,10 +10,10 @@ use crate::{Numbers, Tree};
 /// 1e-15.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
-/// Some joints can be accelerated without force: they move no inertia.
+/// The mass matrix is singular: some joints can be accelerated without force, as they move no inertia.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SingularMass {
-    /// Names of the joints that such an acceleration moves.
+    /// Names of the joints that can be accelerated together without force.
     pub joints: Vec<String>,
 }
 
@@ -36,7 +36,7 @@ impl std::error::Error for SingularMass {}
 /// Whether every motion of the robot moves inertia, at positions `q`, rad or m, of the degrees of freedom.
 ///
 /// # Errors
-/// Where the mass matrix is singular, naming the joints that can move without moving any inertia.
+/// If the mass matrix is singular, naming the joints that can move without moving any inertia.
 ///
 /// # Panics
 /// As [`Kinematics::of`].
@@ -44,7 +44,7 @@ pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(
     let mut mass = Sparse::of(tree, numbers, q);
     let diagonal = mass.diagonal.clone();
     let Some(motion) = mass.massless() else { return Ok(()) };
-    // In units in which each joint by itself has inertia 1; any unit if it has none.
+    // In units in which each joint's own inertia is 1; in arbitrary units if it has none.
     let sizes: Vec<f64> = motion
         .iter()
         .zip(&diagonal)
@@ -55,14 +55,14 @@ pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(
     Err(SingularMass { joints: names.map(|(name, _)| name.clone()).collect() })
 }
 
-/// Degrees of freedom to lock so that every motion of the others moves inertia, in ascending order; of
-/// several that jointly move nothing, the last one. Empty if [`check_inertia`] succeeds.
+/// Degrees of freedom to lock so that every motion of the others moves inertia, in ascending order. From each
+/// group of joints that together move no inertia, the last one is taken. Empty if [`check_inertia`] succeeds.
 ///
 /// # Panics
 /// As [`Kinematics::of`].
 #[must_use]
 pub fn massless_joints(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Vec<usize> {
-    // Armature gives a joint inertia of its own, so adding it excludes the joint from all remaining massless motions.
+    // Armature gives a joint its own inertia, so adding it excludes the joint from all remaining massless motions.
     let mut numbers = numbers.clone();
     let mut found = Vec::new();
     while let Err(singular) = check_inertia(tree, &numbers, q) {
@@ -133,7 +133,7 @@ impl Sparse {
         Some(x)
     }
 
-    /// Eliminates row `k` from those before it, of which it then is a row of `L`.
+    /// Eliminates row `k` from the rows before it; the row itself then becomes row `k` of `L`.
     fn eliminate(&mut self, k: usize) {
         let mut row = std::mem::take(&mut self.rows[k]);
         let inverse = 1.0 / self.diagonal[k];

@@ -6,7 +6,7 @@
 //! M(q) a + h(q, v) = tau + passive(q, v) + sum over external wrenches of J' wrench
 //! ```
 //!
-//! where `M` is the mass matrix with the inertia of drives, `h` are the forces of Coriolis and gravity, `tau` those of
+//! where `M` is the mass matrix with the inertia of drives, `h` are the Coriolis and gravity forces, `tau` those of
 //! the drives, and `passive` those of springs, dampers and friction in the joints. [`inverse_dynamics`] gives
 //! `M a + h`, [`mass_matrix`] `M`, and [`forward_dynamics`] `a`. A joint that follows another moves with its degree of
 //! freedom; all forces are those on the degrees of freedom.

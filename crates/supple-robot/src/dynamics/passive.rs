@@ -4,7 +4,7 @@ use supple_kernels::Scalar;
 
 use crate::{Numbers, Tree};
 
-/// When the forces that resist motion act: at the state itself, or at the end of an implicit step.
+/// The rates and positions at which resisting forces are evaluated: of the current state, or at the end of an implicit step.
 ///
 /// A spring with stiffness `k` and a damper with coefficient `b` on a coordinate at `p` give the force
 /// `-k (p + lead r) - b r`, with the rate `r` of the coordinate.
@@ -24,15 +24,15 @@ pub struct Resisted<'a, S> {
 /// - stiffness (p - rest) - damping v - friction v / sqrt(v^2 + smoothing^2)
 /// ```
 ///
-/// `smoothing` is the velocity, rad/s or m/s, above which friction is nearly that of Coulomb; more than 0.
+/// `smoothing` is the velocity, rad/s or m/s, above which friction is nearly Coulomb friction; it must exceed 0.
 ///
 /// # Panics
-/// Where `q` or `v` has not one entry by degree of freedom, or `numbers` are those of another robot.
+/// If `q` or `v` does not have one entry per degree of freedom, or `numbers` belongs to another robot.
 pub fn passive_forces<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, q: &[S], v: &[S], smoothing: S) -> Vec<S> {
     passive_forces_ahead(tree, numbers, q, Resisted { rates: v, lead: S::zero() }, smoothing)
 }
 
-/// The same forces at other rates `r` than the velocities, and with the positions a time `lead` ahead:
+/// The same forces at rates `r` that may differ from the velocities, with positions extrapolated by the time `lead`:
 ///
 /// ```text
 /// - stiffness (p + lead r - rest) - damping r - friction r / sqrt(r^2 + smoothing^2)
@@ -62,7 +62,7 @@ pub fn passive_forces_ahead<S: Scalar>(
     forces
 }
 
-/// Decrease of the forces of [`passive_forces_ahead`] with each rate, N m s/rad or N s/m: never negative.
+/// Decrease of the forces of [`passive_forces_ahead`] per unit of each rate, N m s/rad or N s/m: never negative.
 ///
 /// # Panics
 /// As [`passive_forces`].

@@ -1,4 +1,4 @@
-//! From the frame of a body to that of the body that carries it, and back.
+//! Transforms between the frame of a body and that of its parent body.
 
 use supple_kernels::Scalar;
 
@@ -9,16 +9,16 @@ use crate::{Body, Pose};
 /// Pose of a body in its parent body: a constant pose, followed by the joint's motion along or about z.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step<S> {
-    /// The body at joint position 0, in the body that carries it.
+    /// Pose of the body in its parent body at joint position 0.
     fixed: Pose<S>,
     /// Sine and cosine of the joint's angle; of 0 for a prismatic joint.
     turn: (S, S),
-    /// The body's origin in the body that carries it, m.
+    /// The body's origin in its parent body, m.
     pub origin: [S; 3],
 }
 
 impl<S: Scalar> Step<S> {
-    /// At a joint's place in the parent body and its position, rad or m.
+    /// The step for a joint with the pose `fixed` in the parent body, at `position`, rad or m.
     pub fn new(body: &Body, fixed: Pose<S>, position: S) -> Self {
         let position = position - body.reference;
         match body.motion {
@@ -40,12 +40,12 @@ impl<S: Scalar> Step<S> {
         unturned(self.turn, self.fixed.unrotate(v))
     }
 
-    /// A symmetric matrix of the body, `A`, in the axes of the one that carries it: `R A R'`.
+    /// A symmetric matrix `A` in the body's axes, expressed in those of its parent body: `R A R'`.
     pub fn inward_symmetric(&self, matrix: [[S; 3]; 3]) -> [[S; 3]; 3] {
         rotated_symmetric(&self.fixed, turned_symmetric(self.turn, matrix))
     }
 
-    /// A matrix of the body, `A`, in the axes of the one that carries it: `R A R'`.
+    /// A matrix `A` in the body's axes, expressed in those of its parent body: `R A R'`.
     pub fn inward_matrix(&self, matrix: [[S; 3]; 3]) -> [[S; 3]; 3] {
         let columns = transposed(matrix).map(|column| self.inward(column));
         transposed(columns).map(|row| self.inward(row))
@@ -90,7 +90,7 @@ fn transposed<S: Copy>([a, b, c]: [[S; 3]; 3]) -> [[S; 3]; 3] {
     [[a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]]
 }
 
-/// The symmetric matrix with the entries on and above the diagonal.
+/// The symmetric matrix with the given entries on and above the diagonal.
 pub(crate) fn mirrored<S: Copy>([[xx, xy, xz], [_, yy, yz], [_, _, zz]]: [[S; 3]; 3]) -> [[S; 3]; 3] {
     [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 }

@@ -31,12 +31,12 @@ impl<S: Scalar> Wrench<S> {
         Self { torque: sub(self.torque, other.torque), force: sub(self.force, other.force) }
     }
 
-    /// The wrench, `factor` times.
+    /// This wrench multiplied by `factor`.
     pub(crate) fn scaled(&self, factor: S) -> Self {
         Self { torque: scale(factor, self.torque), force: scale(factor, self.force) }
     }
 
-    /// The same about the origin and in the axes of the parent body.
+    /// The same wrench about the origin of the parent body, in its axes.
     pub(crate) fn inward(&self, step: &Step<S>) -> Self {
         let force = step.inward(self.force);
         Self { torque: add(step.inward(self.torque), cross(step.origin, force)), force }

@@ -97,7 +97,7 @@ impl JointPart<'_> {
 /// The links of each joint.
 ///
 /// # Errors
-/// Where a link is not known, or is its own parent.
+/// If a link is unknown, or is its own parent.
 fn ends(joints: &[JointPart], links: &Names) -> Result<Vec<Ends>, FileError> {
     let mut all = Vec::with_capacity(joints.len());
     for joint in joints {
@@ -114,7 +114,7 @@ fn ends(joints: &[JointPart], links: &Names) -> Result<Vec<Ends>, FileError> {
 /// New indices of links and joints: each joint after the joint that carries its parent, otherwise as in the file.
 ///
 /// # Errors
-/// Where they are not one tree.
+/// If they do not form a single tree.
 fn order(document: &Document, parts: &Parts, ends: &[Ends]) -> Result<Order, FileError> {
     let mut carrier: Vec<Option<usize>> = vec![None; parts.links.len()];
     let mut carried = vec![Vec::new(); parts.links.len()];
@@ -155,7 +155,7 @@ fn order(document: &Document, parts: &Parts, ends: &[Ends]) -> Result<Order, Fil
 /// The one link without a parent.
 ///
 /// # Errors
-/// Where there is none, or more than one.
+/// If there is no such link, or more than one.
 fn root(document: &Document, parts: &Parts, ends: &[Ends], carrier: &[Option<usize>]) -> Result<usize, FileError> {
     if parts.links.is_empty() {
         return Err(document.root().error("the robot has no links"));

@@ -6,10 +6,10 @@ use super::words::{listed, near, shown};
 use super::xml::Element;
 use crate::JointKind;
 
-/// The `type` of a joint. `known` are types of the format that are not supported.
+/// The `type` of a joint. `known` lists types that the format defines but that are not supported.
 ///
 /// # Errors
-/// Where it is missing or none of those that can be modelled.
+/// If it is missing or cannot be modelled.
 pub(super) fn joint_kind(at: Element, known: &[&str]) -> Result<JointKind, FileError> {
     const VALID: [&str; 4] = ["fixed", "revolute", "continuous", "prismatic"];
     Ok(match at.required("type")? {

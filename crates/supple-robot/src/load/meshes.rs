@@ -1,4 +1,4 @@
-//! Names of mesh files, which may only lead into the robot file's folder or a declared package root.
+//! Resolves names of mesh files, which may only refer to files in the robot file's folder or a declared package root.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -14,7 +14,7 @@ const OUTSIDE: &str = "is outside the robot file's folder and all package roots"
 pub(super) enum Unusable {
     /// Its package, with this name, is in no package root.
     NoPackage(String),
-    /// Any other reason: the end of a sentence about the mesh.
+    /// Any other reason, worded as the end of a sentence whose subject is the mesh.
     Wrong(&'static str),
 }
 
@@ -37,14 +37,14 @@ pub(super) fn mesh_path(
     None
 }
 
-/// The file that a mesh's name `uri` means: relative to the robot file's `folder`, or with `package://`, `model://` or
+/// The file that the mesh name `uri` refers to: relative to the robot file's `folder`, or with `package://`, `model://` or
 /// `file://`.
 ///
 /// `..` is removed from the name; if the file exists, symbolic links are resolved too. The file need not exist,
 /// and is not read.
 ///
 /// # Errors
-/// Where the file is neither in the folder nor in a package root, or the name has another scheme.
+/// If the file is neither in the folder nor in a package root, or the name has another URI scheme.
 pub(super) fn find_mesh(uri: &str, options: &LoadOptions, folder: &Path) -> Result<PathBuf, Unusable> {
     let wrong = |why| Err(Unusable::Wrong(why));
     let named = uri.replace('\\', "/");
@@ -98,14 +98,14 @@ pub(super) fn inside_of(path: &Path, folder: &Path, options: &LoadOptions) -> Op
     (!links_out(&path, folder, options)).then_some(path)
 }
 
-/// The path without `..`, as seen from `base`, where it is in `base`.
+/// The path without `..`, relative to `base`; `None` if it is outside `base`.
 fn inside(path: &Path, base: &Path) -> Option<PathBuf> {
     let (full, full_base) = (plain(path), plain(base));
     let rest = full.strip_prefix(full_base).ok()?;
     Some(base.join(rest))
 }
 
-/// The current folder if the name is empty.
+/// The folder; the current one if its name is empty.
 fn known(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }

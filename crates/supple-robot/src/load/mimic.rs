@@ -39,7 +39,7 @@ pub(super) fn follow(
     let mut done = vec![false; joints.len()];
     let mut visited = vec![usize::MAX; joints.len()];
     for start in 0..joints.len() {
-        // Up the chain to a resolved joint, and down again.
+        // Follows the chain of leaders up to a resolved joint, and then resolves the joints on the way back.
         let mut chain = Vec::new();
         let mut at = start;
         while !done[at] {

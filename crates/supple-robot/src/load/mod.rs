@@ -32,7 +32,7 @@ pub struct LoadOptions {
     pub independent_mimic: bool,
 }
 
-/// Reads a robot from a file; its root element tells the format: `robot` is URDF, `sdf` SDF, `mujoco` MJCF.
+/// Reads a robot from a file; its root element determines the format: `robot` is URDF, `sdf` SDF, `mujoco` MJCF.
 ///
 /// # Errors
 /// Where the file cannot be read, or anything in it is wrong or cannot be modelled.
@@ -41,7 +41,7 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Robot, File
     parse(&read_text(path)?, &path.display().to_string(), options)
 }
 
-/// Reads a robot from text; `name` stands for the file in errors, and meshes are looked for beside it.
+/// Reads a robot from text; errors call the file `name`, and meshes are looked up in its folder.
 ///
 /// # Errors
 /// Where anything in it is wrong or cannot be modelled.

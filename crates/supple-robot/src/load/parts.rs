@@ -14,7 +14,7 @@ pub(super) struct Parts<'a> {
     pub(super) joints: Vec<JointPart<'a>>,
     /// Its named frames besides those of the links.
     pub(super) frames: Vec<FramePart<'a>>,
-    /// Gravity that the file asks for, m/s^2.
+    /// Gravity specified by the file, m/s^2.
     pub(super) gravity: Option<[f64; 3]>,
     /// Warnings so far about unsupported parts.
     pub(super) warnings: Warnings,
@@ -26,7 +26,7 @@ pub(super) struct LinkPart<'a> {
     pub(super) at: Element<'a>,
     /// Its name.
     pub(super) name: String,
-    /// Its inertia, and where that stands.
+    /// Its inertia, and the element that gives it.
     pub(super) inertia: Option<(Inertia, Element<'a>)>,
     /// Its visual meshes.
     pub(super) meshes: Vec<Mesh>,

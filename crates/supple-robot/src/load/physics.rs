@@ -87,7 +87,7 @@ fn small(number: f64) -> bool {
 /// Checks the numbers of a joint, normalises its axis, and drops numbers that its kind does not use.
 ///
 /// # Errors
-/// Where a number cannot be.
+/// If a number is invalid.
 pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
     for pose in [&joint.own.origin, &joint.own.child_pose] {
         if let Some(number) = pose.position.into_iter().find(|&number| !small(number)) {

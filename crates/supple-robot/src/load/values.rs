@@ -93,7 +93,7 @@ impl<'a> Element<'a> {
     /// Any number of finite numbers in an attribute, where there is one.
     ///
     /// # Errors
-    /// Where they are not that.
+    /// If they are anything else.
     pub(super) fn list(self, name: &str) -> Result<Option<Vec<f64>>, FileError> {
         let Some(text) = self.node.attribute(name) else { return Ok(None) };
         self.parsed(Place::Attribute(name), text).map(Some)
@@ -110,7 +110,7 @@ impl<'a> Element<'a> {
     /// One finite number in an attribute, which must be there.
     ///
     /// # Errors
-    /// Where it is missing, or not that.
+    /// If it is missing or anything else.
     pub(super) fn required_number(self, name: &str) -> Result<f64, FileError> {
         self.required_numbers::<1>(name).map(|[number]| number)
     }

@@ -33,7 +33,7 @@ impl<'a> Bodies<'a> {
         Self { robot, children, order: Vec::new(), warnings: Vec::new() }
     }
 
-    /// The world, which the root is, and all bodies in it.
+    /// Writes the world, which is the root link, and all bodies in it.
     pub fn write(&mut self, text: &mut Text) {
         let root = &self.robot.links[0];
         let is_world = root.name == "world";
@@ -183,7 +183,7 @@ fn attributes(joint: &Joint, frame: &Pose) -> Attributes {
         .unless("ref", joint.reference, 0.0)
 }
 
-/// Where something is.
+/// Adds a position and, unless it is the identity, a rotation to the attributes.
 pub(super) fn placed(attributes: Attributes, pose: &Pose) -> Attributes {
     let attributes = match pose.position {
         [0.0, 0.0, 0.0] => attributes,

@@ -16,7 +16,7 @@ pub(super) struct Text {
 pub(super) struct Attributes(String);
 
 impl Attributes {
-    /// A text.
+    /// Adds a text attribute.
     pub fn text(mut self, name: &str, value: &str) -> Self {
         let _ = write!(self.0, " {name}=\"{}\"", escaped(value));
         self
@@ -70,7 +70,7 @@ impl Text {
         let _ = writeln!(self.out, "{:indent$}<!-- {words} -->", "", indent = 2 * self.open.len());
     }
 
-    /// All of it.
+    /// The complete text, after closing all open elements.
     pub fn finish(mut self) -> String {
         while !self.open.is_empty() {
             self.close();

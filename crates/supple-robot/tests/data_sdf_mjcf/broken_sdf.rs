@@ -128,7 +128,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a joint that is its own child",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='fixed'>\n<parent>a</parent>\n<child>j</child>\n</joint>\n</model></sdf>",
-        "robot.xml:5:1: joint `j`: frames are placed relative to each other in a circle: `j`",
+        "robot.xml:5:1: joint `j`: frames are placed relative to each other in a cycle: `j`",
     ),
     (
         "a closed loop",
@@ -203,12 +203,12 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "links in a circle of places",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><pose relative_to='b'/></link>\n<link name='b'><pose relative_to='c'/></link>\n<frame name='c' attached_to='a'/>\n</model></sdf>",
-        "robot.xml:5:1: frame `c`: frames are placed relative to each other in a circle: `c`, `a`, `b`",
+        "robot.xml:5:1: frame `c`: frames are placed relative to each other in a cycle: `c`, `a`, `b`",
     ),
     (
         "a frame attached to itself",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<frame name='f' attached_to='f'><pose relative_to='a'/></frame>\n</model></sdf>",
-        "robot.xml:5:1: frame `f`: frames are attached to each other in a circle: `f`",
+        "robot.xml:5:1: frame `f`: frames are attached to each other in a cycle: `f`",
     ),
     (
         "a frame too far away",

@@ -7,24 +7,24 @@ use crate::gradient::{Quantity, slope_by_controls};
 use crate::plan::{Found, Goal, Plan, Solved};
 use crate::problem::Task;
 
-/// The residual of the linear solve, relative; and products with the Hessian at most.
+/// Relative residual of the linear solve, and maximum number of products with the Hessian.
 const RESIDUAL: f64 = 1e-9;
 const PRODUCTS: usize = 2000;
 
 /// The total gradient of a quantity along a belief-space plan (theory, equation G.8). The plan moves with the parameters so
-/// that its expected cost stays least: with the Hessian `H` of the expected cost `J` by the controls and the gradient `g`
-/// of the quantity by them,
+/// that its expected cost stays minimal: with the Hessian `H` of the expected cost `J` and the gradient `g`
+/// of the quantity, both with respect to the controls,
 ///
 /// ```text
 /// H w = g      dF/dphi = F_phi - (d/dv J_phi) w
 /// ```
 ///
 /// at fixed `v`, where `u = ubar + v + K (x - xbar)`. The solve is by conjugate gradients, with products by central
-/// differences of `J`'s gradient; the last term is one more such difference. Neither grows with the parameters. The expected
+/// differences of `J`'s gradient; the last term is one more. Neither takes longer with more parameters. The expected
 /// cost itself needs neither, as `g` = 0.
 ///
 /// # Errors
-/// Where the plan is no strict local minimum of the expected cost, or the solve does not converge.
+/// If the plan is not a strict local minimum of the expected cost, or the solve does not converge.
 pub(crate) fn belief_plan_gradient(
     (task, phi): (&Task, &[f64]),
     plan: &Plan,
@@ -42,7 +42,7 @@ pub(crate) fn belief_plan_gradient(
     let feedback: Matrices = hessian.law.feedback.clone();
     let along = centre.gradient(task, phi);
     slope_by_controls(&along, quantity, Some(&feedback), (&mut *gradient, &mut *scratch), &mut slope, Some(&mut *out));
-    // The expected cost is least at the plan: it does not move with the controls.
+    // The plan minimises the expected cost, so the cost has no first-order change with the controls.
     if quantity == Quantity::EXPECTED_COST || slope.iter().all(|&slope| slope == 0.0) {
         return Ok(());
     }

@@ -13,31 +13,31 @@ use crate::problem::Task;
 /// Steps of finite differences, relative to the size of the controls.
 const DIFFERENCE: f64 = 1e-5;
 
-/// The Hessian of the expected cost around a trajectory, as products with vectors; never formed.
+/// The Hessian of the expected cost around a trajectory, computed only as products with vectors, never as a matrix.
 ///
 /// Its coordinates are changes `v` of the controls under `u = ubar + v + K (x - xbar)`, with the gains `K` of the LQ
 /// problem whose Hessian is that of the nominal cost: there the latter is block-diagonal, with the blocks `Q_uu` of the
-/// Riccati sweep, which is why these precondition (theory, equation P.14). The feedback also keeps roll-outs of unstable
-/// systems together.
+/// Riccati sweep, which are therefore the preconditioner (theory, equation P.14). The feedback also keeps roll-outs of
+/// unstable systems from diverging.
 pub(crate) struct Hessian {
     /// `K`, and in `feedforward` the vector of the last roll-out.
     pub law: Policy,
     /// Cholesky factors of `Q_uu`, m x m, N of them.
     factors: Matrices,
     cost: Matrices,
-    /// A size of the controls, to step by.
+    /// Typical magnitude of the controls, which scales the difference steps.
     scale: f64,
     /// Added to every diagonal entry.
     pub shift: f64,
 }
 
-/// Where products are taken, and memory for it.
+/// The point at which products are computed, and work memory.
 pub(crate) struct Around<'a> {
     pub task: &'a Task,
     pub phi: &'a [f64],
-    /// The trajectory in the middle, assessed.
+    /// The trajectory about which differences are taken, already assessed.
     pub centre: &'a Point,
-    /// Another one, to write.
+    /// A trial point, overwritten.
     pub trial: &'a mut Point,
     pub gradient: &'a mut GradientWorkspace,
     pub scratch: &'a mut Scratch,
@@ -130,7 +130,7 @@ impl Hessian {
         }
     }
 
-    /// The central difference along `v` of what `at` finds at trajectories on both sides of the centre.
+    /// The central difference along `v` of the values that `at` computes at trajectories on both sides of the centre.
     pub fn difference(
         &mut self,
         v: &[f64],
@@ -167,16 +167,16 @@ impl Hessian {
         Ok(product)
     }
 
-    /// Solves `H x = b` by conjugate gradients, as closely as the goal asks for.
+    /// Solves `H x = b` by conjugate gradients, to the accuracy that `goal` sets.
     ///
     /// # Errors
-    /// Where a trajectory beside the centre has no expected cost.
+    /// If a trajectory near the centre has no finite expected cost.
     pub fn solve(&mut self, b: &[f64], goal: Goal, around: &mut Around, found: &mut Found) -> Result<Solved, Error> {
         conjugate_gradients(&mut Products { hessian: self, around }, b, goal, found)
     }
 }
 
-/// The Hessian where products are taken.
+/// The Hessian together with the point at which its products are computed, as the solver's matrix.
 struct Products<'a, 'b> {
     hessian: &'a mut Hessian,
     around: &'a mut Around<'b>,

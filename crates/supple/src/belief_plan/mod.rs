@@ -1,5 +1,5 @@
-//! Plans of least expected cost: what a plan knows, and what not knowing costs, counts (theory, section P,
-//! "Belief-space plans").
+//! Plans of least expected cost, which account for the uncertainty along the plan and its cost (theory,
+//! section P, "Belief-space plans").
 
 mod gradient;
 mod hessian;
@@ -22,15 +22,15 @@ use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, is_over};
 use crate::problem::Task;
 use search::Search;
 
-/// Waves of a wandering guess, from half a period over the task up.
+/// Number of cosine waves in a perturbed guess; the slowest has half a period over the task.
 const WAVES: usize = 4;
 
-/// Finds the plan of least expected cost (theory, equation P.10), from the nominal plan in `plan`, which is searched
-/// for already, or from the `controls` that search began with, where these cost less, as those of a belief-space plan
-/// of a nearby design do; and from wandering guesses around the nominal plan, as many as the settings ask for.
+/// Finds the plan of least expected cost (theory, equation P.10), starting from the nominal plan already found in `plan`,
+/// or from `controls`, the first guess of that search, if they cost less (as the controls of a belief-space plan
+/// of a nearby design may); and from random perturbations of the nominal plan, whose number is in the settings.
 ///
 /// # Errors
-/// Where controls have bounds that must be kept.
+/// If the controls have bounds.
 pub(crate) fn plan_belief(
     (task, phi): (&Task, &[f64]),
     controls: &Matrices,
@@ -59,7 +59,7 @@ pub(crate) fn plan_belief(
         memory.centre.simulate(task, phi, scratch).is_ok().then_some(memory.centre.plan.objective)
     };
     let given = start(memory, controls, scratch);
-    // The nominal plan as the last, so that it is the centre where it is the better one.
+    // Evaluate the nominal plan last, so that it is the centre if it is the better one.
     let nominal = start(memory, &plan.trajectory.controls, scratch);
     let from_given = given.is_some_and(|given| nominal.is_none_or(|nominal| given < nominal));
     if from_given {
@@ -78,7 +78,7 @@ pub(crate) fn plan_belief(
             *plan = best;
             plan.iterations = iterations;
         }
-        // Nowhere has the expected cost a value: the nominal plan is there to look at.
+        // The expected cost is undefined everywhere: keep the nominal plan for inspection.
         None => {
             plan.mode = PlanMode::Belief;
             plan.status = PlanStatus::Indefinite;
@@ -88,7 +88,7 @@ pub(crate) fn plan_belief(
 }
 
 /// # Errors
-/// Where controls have bounds that must be kept.
+/// If the controls have bounds.
 fn check_controls(task: &Task) -> Result<(), Error> {
     match task.control_bounds {
         None => Ok(()),
@@ -104,7 +104,7 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(random)
 }
 
-/// Controls that wander around others: a few waves of random amplitudes, as large as `spread` of the controls' root
+/// Randomly perturbed controls: adds a few cosine waves of random amplitude, scaled by `spread` times the controls' root
 /// mean square; stream `number` of the seed.
 fn wandering(around: &Matrices, settings: &PlanSettings, number: usize) -> Matrices {
     let mut random = ChaCha8Rng::seed_from_u64(settings.belief.seed);

@@ -12,7 +12,7 @@ use crate::knots::Linearise;
 use crate::plan::{Plan, rollout, simulate_controls};
 use crate::problem::Task;
 
-/// One trajectory with all that its expected cost is made of.
+/// One trajectory, with all quantities on which its expected cost depends.
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
     /// Trajectory, knots and policy; its `objective` is the expected cost.
@@ -31,16 +31,16 @@ impl Point {
         }
     }
 
-    /// Rolls the controls out that the trajectory has, from its first state, and assesses it.
+    /// Rolls out the controls of the trajectory from its first state, and assesses it.
     ///
     /// # Errors
-    /// Where it has no finite expected cost.
+    /// If it has no finite expected cost.
     pub fn simulate(&mut self, task: &Task, phi: &[f64], scratch: &mut Scratch) -> Result<(), Error> {
         self.plan.nominal_cost = simulate_controls(&*task.system, phi, &mut self.plan.trajectory, scratch);
         self.assess(task, phi, scratch)
     }
 
-    /// Rolls `u = ubar + step v + K (x - xbar)` out, with `v` the feedforward of the policy, and assesses it.
+    /// Rolls out `u = ubar + step v + K (x - xbar)`, with `v` the feedforward of the policy, and assesses it.
     ///
     /// # Errors
     /// Where it has no finite expected cost.
@@ -56,11 +56,11 @@ impl Point {
         self.assess(task, phi, scratch)
     }
 
-    /// Knots, policy, belief and expected cost of the trajectory as it stands, whose nominal cost is known (theory,
+    /// Computes knots, policy, belief and expected cost of the current trajectory; its nominal cost must be set (theory,
     /// equation P.10).
     ///
     /// # Errors
-    /// Where something is not finite, or the control's curvature or a covariance is not positive definite.
+    /// If a number is not finite, or the control's curvature or a covariance is not positive definite.
     pub fn assess(&mut self, task: &Task, phi: &[f64], scratch: &mut Scratch) -> Result<(), Error> {
         let Self { plan, noise, belief } = self;
         let at = plan.trajectory.points();
@@ -86,7 +86,7 @@ impl Point {
         Ok(())
     }
 
-    /// What gradients need.
+    /// The inputs that gradients need.
     pub fn gradient<'a>(&'a self, task: &'a Task, phi: &'a [f64]) -> TotalGradient<'a> {
         TotalGradient {
             system: &*task.system,
@@ -100,8 +100,8 @@ impl Point {
     }
 }
 
-/// The first step at which noise would lower the cost, as costs of negative curvature make it seem: `Tr(S_{t+1} W_t) < 0`
-/// or `Tr(S_0 X_0) < 0`. There the expected cost is of no use to minimise: as `Q_uu` becomes singular it falls without
+/// The first step at which noise appears to lower the cost because of negative curvature: `Tr(S_{t+1} W_t) < 0`
+/// or `Tr(S_0 X_0) < 0`. Minimising the expected cost is then meaningless: as `Q_uu` becomes singular, it falls without
 /// bound.
 fn gains_by_noise(plan: &Plan, noise: &Noise) -> Option<usize> {
     let price = |s: usize, covariance: &Matrices, t: usize| rows::dot(plan.policy.curvature.at(s), covariance.at(t));

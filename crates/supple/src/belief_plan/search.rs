@@ -8,7 +8,7 @@ use crate::gradient::{GradientWorkspace, Quantity, Steepness, slope_by_controls}
 use crate::plan::{Descent, Found, Goal, Model, Plan, PlanSettings, PlanStatus, Step, descend};
 use crate::problem::Task;
 
-/// Products with the Hessian in one iteration at most.
+/// Maximum number of products with the Hessian in one iteration.
 const PRODUCTS: usize = 60;
 
 /// Memory of searches for the least expected cost.
@@ -31,10 +31,10 @@ impl Memory {
     }
 }
 
-/// Lowers the expected cost from `memory.centre`, which is assessed, by Newton's method with conjugate gradients and a
-/// line search (theory, section "Belief-space plans"); leaves the plan there.
+/// Lowers the expected cost from `memory.centre`, already assessed, by Newton's method with conjugate gradients and a
+/// line search (theory, section "Belief-space plans"); leaves the plan in `memory.centre`.
 ///
-/// Where the directions of negative curvature or rejected steps appear, the Hessian is shifted, as in the method of
+/// If directions of negative curvature or rejected steps appear, the Hessian is shifted, as in the method of
 /// Levenberg and Marquardt.
 pub(crate) struct Search<'a> {
     pub task: &'a Task,
@@ -56,7 +56,7 @@ impl Search<'_> {
 impl Descent for Search<'_> {
     /// The shift of the Hessian, relative to 1.
     const MU: (f64, f64) = (1e-6, 1e12);
-    /// An attempt takes many products and counts as an iteration.
+    /// One attempt takes many products, so it counts as an iteration.
     const ATTEMPTS: usize = 1;
     const MOST_HIDDEN_AT_END: usize = 3;
 
@@ -68,7 +68,7 @@ impl Descent for Search<'_> {
         self.memory.centre.plan.objective
     }
 
-    /// Costates and stationarity of the centre, and its law: `k` and `J_x` of the expected cost.
+    /// Computes costates and stationarity of the centre, and its control law: `k` and `J_x` of the expected cost.
     fn measure(&mut self) {
         let Self { task, phi, memory, scratch, .. } = self;
         let Memory { centre, gradient, .. } = &mut **memory;
@@ -80,12 +80,12 @@ impl Descent for Search<'_> {
         let plan = &mut centre.plan;
         plan.costates.copy_from(&gradient.costates);
         plan.stationarity = residual;
-        // Its curvature is that of the assessment, which succeeded.
+        // The Riccati sweep has the same curvature as in the assessment, which succeeded.
         let swept = solve_riccati(&plan.knots.dynamics, &gradient.hessian, Regularisation::default(), &mut plan.policy);
         plan.relative_stationarity = if swept.is_ok() { residual / (1.0 + scale) } else { f64::INFINITY };
     }
 
-    /// The step, as the feedforward of the Hessian's law.
+    /// Stores the step as the feedforward of the Hessian's control law.
     fn solve(&mut self, shift: f64) -> Result<Model, PlanStatus> {
         let Self { task, phi, memory, scratch, .. } = self;
         let Memory { centre, trial, hessian, gradient } = &mut **memory;
@@ -96,7 +96,7 @@ impl Descent for Search<'_> {
         let work = (&mut *gradient, &mut **scratch);
         slope_by_controls(&centre.gradient(task, phi), Quantity::EXPECTED_COST, feedback, work, &mut slope, None);
         let downhill: Vec<f64> = slope.iter().map(|g| -g).collect();
-        // The closer, the more exactly: convergence is quadratic but for rounding.
+        // Solve more precisely the closer the plan is to stationary: convergence is quadratic up to rounding.
         let relative = centre.plan.relative_stationarity.sqrt().clamp(1e-6, 0.1);
         let mut found = Found::default();
         let mut around = Around { task, phi, centre, trial, gradient, scratch };

@@ -1,4 +1,4 @@
-//! The reports of bounds: of a problem's tasks, and of one.
+//! Bound reports: for all tasks of a problem, and for one.
 
 use std::f64::consts::LN_2;
 
@@ -13,12 +13,12 @@ use crate::Error;
 use crate::problem::Problem;
 
 impl Problem {
-    /// Computes the minimum information at a design for each requested task: all parameters in the order of
+    /// Computes the minimum information at a design for each requested task; `phi` has all parameters in the order of
     /// declaration.
     ///
     /// # Errors
-    /// Where `phi` has the wrong length, no task has the name, one cost is given for several tasks, a plan cannot be
-    /// computed, the cost is below the least there is, or a stationary bound is asked for of a task that has none.
+    /// If `phi` has the wrong length, no task has the name, one cost is given for several tasks, a plan cannot be
+    /// computed, the cost is below the least possible, or a stationary bound is requested for a task that has none.
     pub fn bound(&self, phi: &[f64], options: &BoundOptions) -> Result<BoundReport, Error> {
         let tasks = self.bounding(phi, options)?;
         let tasks = tasks.iter().map(|bounding| bounding.report(options.cost)).collect::<Result<_, _>>()?;
@@ -30,12 +30,12 @@ impl Problem {
 struct OwnInformation {
     control: Option<f64>,
     measurement: Option<f64>,
-    /// What is below a proved lower bound, because of rounding; the others are left out then.
+    /// A value of the design that rounding put below a proved lower bound; all its values are then omitted.
     mistaken: Option<f64>,
 }
 
 /// # Errors
-/// Where a number of the report is not finite.
+/// If a number of the report is not finite.
 fn finite(report: TaskBound) -> Result<TaskBound, Error> {
     if report.is_finite() {
         return Ok(report);
@@ -53,7 +53,7 @@ impl Bounding {
     /// All bounds at a cost, or at the design's own.
     ///
     /// # Errors
-    /// As of [`point`](Self::point), or where the design has no cost of its own and none is given.
+    /// Same as for [`point`](Self::point); also if no cost is given and the design's own is undefined.
     pub fn report(&self, cost: Option<f64>) -> Result<TaskBound, Error> {
         let own_price = if cost.is_none() { self.own.price } else { None };
         let cost = cost.map_or_else(|| self.required_own_cost(), Ok)?;
@@ -61,7 +61,7 @@ impl Bounding {
         let steps = self.steps();
         let (total, bits) = (|nats: f64| nats / LN_2, |nats: f64| nats / LN_2 / steps as f64);
         let list = |nats: &[f64]| nats.iter().map(|nats| nats / LN_2).collect::<Vec<f64>>();
-        // What the design pays for not knowing the state may be much less than its cost.
+        // The design's estimation-error cost may be much less than its total cost.
         let price = self.own.price.unwrap_or(f64::INFINITY);
         let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= (1e-9 * own.abs()).min(1e-6 * price));
         let OwnInformation { control, measurement, mistaken } = self.own_information(minimum.lower_nats, at_own);
@@ -93,7 +93,7 @@ impl Bounding {
                 Proof::NotProved { .. } => None,
             },
             achieved_bits_per_step: minimum.achieved.map(|achieved| bits(achieved.nats)),
-            // At the design's own cost, the budget is known apart from the least cost.
+            // At the design's own cost, the budget above the least cost is known directly.
             achieved_cost: minimum
                 .achieved
                 .map(|achieved| if own_price.is_some() { self.minimum_cost() + achieved.cost } else { achieved.cost }),
@@ -134,14 +134,14 @@ impl Bounding {
         })
     }
 
-    /// What the design's own filter and controller use and measure, checked against a proved lower bound, nats, where the
-    /// bound is at its own cost.
+    /// Information that the design's own filter measures and its controller uses, checked against a proved lower bound,
+    /// nats, if that bound is at the design's own cost.
     fn own_information(&self, lower_nats: f64, at_own: bool) -> OwnInformation {
         let steps = self.steps();
         let bits = |nats: f64| nats / LN_2 / steps as f64;
         let sum = |nats: &Option<Vec<f64>>| nats.as_ref().map(|nats| bits(nats.iter().sum()));
         let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
-        // What is proved is right: then rounding has got into the design's own filter.
+        // A proved bound is right: if it is contradicted, rounding has corrupted the design's own filter.
         let contradicted = |own: &f64| at_own && bits(lower_nats) > own * (1.0 + 1e-6) + 1e-9;
         match control.filter(contradicted).or(measurement.filter(contradicted)) {
             None => OwnInformation { control, measurement, mistaken: None },
@@ -162,7 +162,7 @@ impl Bounding {
     }
 }
 
-/// What to know of a result beside its numbers.
+/// Remarks on a result, in addition to its numbers.
 fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
     let mut remarks = Vec::new();
     if status != BoundStatus::Converged {

@@ -20,14 +20,14 @@ use crate::problem::{Problem, Task};
 
 const LN_2: f64 = std::f64::consts::LN_2;
 
-/// What bounds are asked for.
+/// Which bounds to compute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundOptions {
     /// The task; default: all of them.
     pub task: Option<String>,
-    /// D, the expected cost to keep: over the task, or per step where stationary; default: the design's own.
+    /// D, the limit on the expected cost: over the task, or per step where stationary; default: the design's own.
     pub cost: Option<f64>,
-    /// Bounds by step of the steady state instead of those over the horizon; for linear models that do not change over
+    /// Bounds per step in steady state instead of over the horizon; for linear models that do not change over
     /// time.
     pub stationary: bool,
     /// How the minimum is searched for.
@@ -35,10 +35,10 @@ pub struct BoundOptions {
 }
 
 impl Problem {
-    /// The first half of [`bound`](Self::bound): what all bounds of each task have in common, whatever the cost.
+    /// The first half of [`bound`](Self::bound): the data that all bounds of each task share, independent of the cost.
     ///
     /// # Errors
-    /// As of [`bound`](Self::bound).
+    /// Same as for [`bound`](Self::bound).
     pub fn bounding(&self, phi: &[f64], options: &BoundOptions) -> Result<Vec<Bounding>, Error> {
         self.check_design(phi)?;
         let names = || self.tasks.iter().map(|task| format!("`{}`", task.name)).collect::<Vec<_>>().join(", ");
@@ -57,17 +57,17 @@ impl Problem {
     }
 }
 
-/// What the bounds of one task at one design are found from.
+/// The data from which the bounds of one task at one design are computed.
 pub struct Bounding {
     pub(super) kind: Kind,
     pub(super) settings: BoundSettings,
     pub(super) own: Own,
     pub(super) channels: Vec<Channel>,
-    /// The floor, which is a bound where it is that of all that the cost sees.
+    /// The floor, nats; a bound only if every growing state affects the cost.
     pub(super) floor_nats: f64,
-    /// The part of it that is a bound: over a horizon 0.
+    /// The part of the floor that is a bound; 0 for tasks over a horizon.
     pub(super) certain_nats: f64,
-    /// How far the cost is from one for which the regulator is exact; why it is none of it otherwise.
+    /// How far the cost function is from one for which the regulator is exactly optimal; if unproved, the reason.
     pub(super) regulator: Result<f64, String>,
     pub(super) name: String,
     pub(super) time_step: f64,
@@ -83,19 +83,19 @@ pub(super) enum Kind {
 pub struct BoundPoint {
     /// D, the expected cost: over the task, or per step where it is stationary.
     pub cost: f64,
-    /// The least information, bits by decision.
+    /// The minimum information, bits per decision.
     pub minimum_bits_per_step: f64,
     /// Its proved lower bound.
     pub minimum_lower_bits_per_step: f64,
-    /// The best bound in closed form, bits by decision.
+    /// The best bound in closed form, bits per decision.
     pub closed_form_bits_per_step: f64,
-    /// Why `minimum_lower_bits_per_step` is not proved, and 0; `None` if it is.
+    /// Why `minimum_lower_bits_per_step` is not proved and therefore 0; `None` if it is proved.
     pub not_proved: Option<String>,
     /// Why the minimum is not certified: how far the lower bound is below it; `None` if it is certified.
     pub not_certified: Option<String>,
 }
 
-/// The minimum of either kind.
+/// The minimum of a bounding of either [`Kind`].
 pub(super) struct Minimum {
     pub(super) nats: f64,
     pub(super) lower_nats: f64,
@@ -142,7 +142,7 @@ impl Bounding {
         &self.name
     }
 
-    /// T: decisions that rates are over; 1 where it is stationary.
+    /// T: number of decisions over which rates are averaged; 1 if stationary.
     pub fn steps(&self) -> usize {
         match &self.kind {
             Kind::Horizon(horizon, _) => horizon.prices.count(),
@@ -183,7 +183,7 @@ impl Bounding {
     /// The minimum at a cost.
     ///
     /// # Errors
-    /// Where the cost is not above the least there is, or nothing can be certified.
+    /// If the cost is not above the least possible, or nothing can be certified.
     pub fn point(&self, cost: f64) -> Result<BoundPoint, Error> {
         let minimum = self.minimum(cost, None)?;
         let bits = |nats: f64| nats / LN_2 / self.steps() as f64;
@@ -197,7 +197,7 @@ impl Bounding {
         })
     }
 
-    /// The best bound in closed form, nats per step: 0 where the regulator that it rests on is not proved.
+    /// The best bound in closed form, nats per step: 0 if its regulator is not proved to be optimal.
     pub(super) fn closed_form_nats(&self, cost: f64) -> f64 {
         match &self.kind {
             Kind::Horizon(..) => 0.0,
@@ -206,8 +206,8 @@ impl Bounding {
         }
     }
 
-    /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of
-    /// costs.
+    /// The minimum at a cost. `own_price`, the design's own estimation-error cost, is more precise there than a
+    /// difference of costs.
     pub(super) fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         let proved = |minimum: Minimum| match (&self.regulator, &minimum.proof) {
             (Err(reason), _) => {

@@ -1,4 +1,4 @@
-//! The least directed information that any sensors and any controller of a task need, beside what its own use (method:
+//! The minimum directed information over all sensors and controllers of a task, and what its own ones use (method:
 //! docs/theory/bound.md).
 
 mod assemble;

@@ -1,4 +1,4 @@
-//! What a design's own sensors and controller use.
+//! Information that a design's own sensors deliver and its controller uses.
 
 use supple_lqg::bound::{Stationary, own_rates};
 use supple_lqg::control_information;
@@ -15,20 +15,20 @@ pub(super) struct Own {
     pub status: PlanStatus,
     /// Its expected cost; `None` if its filter has no steady state.
     pub cost: Option<f64>,
-    /// The part due to uncertainty about the state; `None` if the law is not that of the prices.
+    /// The part due to uncertainty about the state; `None` if the prices belong to another control law.
     pub price: Option<f64>,
     /// Nats at each control.
     pub control: Option<Vec<f64>>,
-    /// Nats at each measurement that a control follows.
+    /// Nats at each measurement that is followed by a control.
     pub measurement: Option<Vec<f64>>,
-    /// Nats of the measurement at the end.
+    /// Nats of the last measurement, which no control follows.
     pub last_measurement: Option<f64>,
-    /// What to know about its plan, for people.
+    /// Remarks about its plan, for the user.
     pub remarks: Vec<String>,
 }
 
 impl Own {
-    /// Along its plan, beside the horizon with the optimal law.
+    /// The design along its plan, given the horizon with the optimal law.
     ///
     /// # Errors
     /// Where `V` is not positive definite.
@@ -46,7 +46,7 @@ impl Own {
         }
         remarks.extend(proved.remark());
         let is_optimal = state.plan.mode != PlanMode::Risk && !proved.is_other_law();
-        // What is lost by rounding is paid too.
+        // Rounding of the least cost along the plan adds to the design's price.
         let lost = (proved.rounded_least - proved.horizon.base_cost).max(0.0);
         Ok(Self {
             status: state.plan.status,
@@ -59,7 +59,7 @@ impl Own {
         })
     }
 
-    /// In the steady state.
+    /// The design in steady state.
     ///
     /// # Errors
     /// Where `V` is not positive definite.
@@ -90,7 +90,7 @@ impl Own {
     }
 }
 
-/// Where the linearisation along a plan is not all there is to it.
+/// Remarks on a plan for which the linearisation is not a full description.
 fn plan_remarks(state: &TaskState, proved: &ProvedHorizon) -> Vec<String> {
     let plan = &state.plan;
     if plan.status == PlanStatus::Indefinite {

@@ -1,4 +1,4 @@
-//! What is reported of bounds on information.
+//! Reports of information bounds.
 
 use serde::{Deserialize, Serialize};
 use supple_lqg::bound::{Proof, Vacuous};
@@ -13,110 +13,110 @@ use crate::plan::PlanStatus;
 pub struct BoundReport {
     /// All parameters.
     pub parameters: Named,
-    /// Each task that was asked for.
+    /// Each requested task.
     pub tasks: Vec<TaskBound>,
 }
 
 /// Minimum information required for one task.
 ///
-/// All rates are bits by decision: of T = N controls of a task of N steps, or of one step where it is stationary.
+/// All rates are in bits per decision: over the T = N controls of a task of N steps, or over one step if stationary.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TaskBound {
     /// The task.
     pub name: String,
-    /// Whether all of it is about the steady state of a system that does not change, per step.
+    /// Whether everything here refers, per step, to the steady state of a time-invariant system.
     pub stationary: bool,
     /// How its plan ended.
     pub status: PlanStatus,
-    /// T, decisions that costs and totals are over; 1 where it is stationary.
+    /// T, the number of decisions that costs and totals cover; 1 if stationary.
     pub steps: usize,
     /// Time step, s.
     pub time_step_s: f64,
-    /// D, the expected cost that is kept: over the task, or per step where it is stationary.
+    /// D, the limit on the expected cost: over the task, or per step if stationary.
     pub cost: f64,
     /// The expected cost of the design with its own sensors; `None` if its filter has no steady state.
     pub own_cost: Option<f64>,
-    /// The expected cost with the state known exactly: no information keeps less.
+    /// The expected cost with the state known exactly: no amount of information achieves less.
     pub minimum_cost: f64,
     /// The expected cost with nothing measured; `None` if it is infinite.
     pub open_loop_cost: Option<f64>,
-    /// Stationary: the data-rate theorem. Else the growth of the open-loop product, which is no bound.
+    /// Stationary: the data-rate theorem. Otherwise the growth of the open-loop product, which is not a bound.
     pub floor_bits_per_step: f64,
     /// Whether the floor is a bound.
     pub floor_is_bound: bool,
-    /// The bound of Kostina and Hassibi by itself, for stationary tasks; `None` if a singular matrix leaves it nothing
-    /// to say.
+    /// The bound of Kostina and Hassibi by itself, for stationary tasks; `None` if a singular matrix makes it
+    /// vacuous.
     pub kostina_hassibi_bits_per_step: Option<f64>,
-    /// Why it says nothing; `None` if it does, or does not apply.
+    /// Why that bound is vacuous; `None` if it is not vacuous or does not apply.
     pub kostina_hassibi_vacuous: Option<Vacuous>,
-    /// The greater of both where they are bounds, and at least 0.
+    /// The greater of the floor and that bound, as far as they are bounds; at least 0.
     pub closed_form_bits_per_step: f64,
     /// The least directed information at the cost D over all sensors and controllers.
     pub minimum_bits_per_step: f64,
-    /// What is proved that it is not below; 0 where nothing is.
+    /// A proved lower bound on the minimum; 0 if nothing is proved.
     pub minimum_lower_bits_per_step: f64,
-    /// Whether that is proved: by intervals with outward rounding, from the problem as given and a point of the dual.
+    /// Whether that lower bound is proved: by interval arithmetic with outward rounding, from the problem and a dual point.
     pub proved: bool,
-    /// Why it is not, where it is not.
+    /// Why it is not proved; `None` if it is.
     pub not_proved: Option<String>,
-    /// How far, relatively, the numbers that it is proved for are from those given: 0 unless coordinates are left out.
+    /// Relative distance between the given problem and the one of the proof: 0 unless coordinates are left out.
     pub proof_distance: Option<f64>,
-    /// What the virtual sensor achieves, by its Kalman filter on the problem as given; `None` if it does not settle.
+    /// Rate that the virtual sensor achieves, by its Kalman filter on the given problem; `None` if it does not converge.
     pub achieved_bits_per_step: Option<f64>,
-    /// The expected cost that it keeps.
+    /// The expected cost that the virtual sensor achieves.
     pub achieved_cost: Option<f64>,
     /// The minimum over all T decisions.
     pub minimum_bits: f64,
-    /// Between `minimum_bits_per_step` and what it is certainly not below, bits by decision.
+    /// Gap between `minimum_bits_per_step` and its lower bound, bits per decision.
     pub duality_gap_bits: f64,
-    /// Bits over all T decisions that a unit more of cost would save, at least 0.
+    /// Bits saved over all T decisions per unit increase in the cost limit, at least 0.
     pub price_bits_per_cost: f64,
     /// Newton steps of the search.
     pub newton_steps: usize,
-    /// At each decision, bits, T of them.
+    /// The minimum at each decision, bits, T of them.
     pub minimum_per_step_bits: Vec<f64>,
-    /// What a prefix-free code with scalar quantisers for the virtual sensor needs at most.
+    /// Upper bound on the rate of a prefix-free code with scalar quantisers for the virtual sensor.
     pub quantiser_bits_per_step: f64,
     /// `DI(x -> u)` of the design; `None` if it is not known.
     pub control_bits_per_step: Option<f64>,
-    /// At each decision, bits, T of them.
+    /// `DI(x -> u)` at each decision, bits, T of them.
     pub control_per_step_bits: Vec<f64>,
-    /// `DI(x -> y)` of the design, of the T measurements that a decision follows; `None` if there is no steady state.
+    /// `DI(x -> y)` of the design over the T measurements that precede a decision; `None` if there is no steady state.
     pub measurement_bits_per_step: Option<f64>,
-    /// At each of them, bits, T of them.
+    /// The same at each of these measurements, bits, T of them.
     pub measurement_per_step_bits: Vec<f64>,
-    /// Of the measurement at the end, which no decision follows, bits; `None` if it is stationary.
+    /// Information of the last measurement, which no decision follows, bits; `None` if the task is stationary.
     pub last_measurement_bits: Option<f64>,
-    /// The minimum over `DI(x -> y)`, at the design's own cost; none at another cost.
+    /// The minimum divided by `DI(x -> y)`, at the design's own cost; `None` at another cost.
     pub efficiency: Option<f64>,
-    /// The minimum over `DI(x -> u)`, at the design's own cost; none at another cost.
+    /// The minimum divided by `DI(x -> u)`, at the design's own cost; `None` at another cost.
     pub control_efficiency: Option<f64>,
-    /// The bounds from the least to the greatest, each with what it assumes.
+    /// The bounds from the least to the greatest, each with its assumption.
     pub order: Vec<OrderLine>,
-    /// What to know about these numbers, for people.
+    /// Remarks on these numbers, for the user.
     pub remarks: Vec<String>,
-    /// A sensor that needs no more than the minimum.
+    /// A sensor that attains the minimum.
     pub virtual_sensor: SensorReport,
 }
 
-/// A line of the order of bounds.
+/// One row of the ordered list of bounds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrderLine {
-    /// Which number.
+    /// Name of the quantity.
     pub what: String,
-    /// Bits by decision; `None` if it is not known.
+    /// Bits per decision; `None` if it is not known.
     pub bits_per_step: Option<f64>,
-    /// What it holds for.
+    /// The conditions under which it holds.
     pub assumption: String,
-    /// Whether it takes part in the order here: each line that does is at most the next that does.
+    /// Whether this row takes part in the ordering: the values of such rows never decrease from one to the next.
     pub ordered: bool,
 }
 
-/// A minimum counts as certified where what is proved is at most this share of it below, or the gap that is asked for, bits.
+/// A minimum is certified if its proved lower bound is within this share of it, or within the requested gap, bits.
 const CERTIFIED: f64 = 0.01;
 const ASKED: f64 = 1e-7 / std::f64::consts::LN_2;
 
-/// By how much a lower bound is too far below a minimum to certify that.
+/// Explains why a lower bound is too far below a minimum to certify it; `None` if it is close enough.
 pub(super) fn not_certified(minimum: f64, lower: f64) -> Option<String> {
     let gap = minimum - lower;
     (gap > (CERTIFIED * minimum).max(ASKED)).then(|| {
@@ -129,12 +129,12 @@ pub(super) fn not_certified(minimum: f64, lower: f64) -> Option<String> {
 }
 
 impl TaskBound {
-    /// Why the minimum is not certified, where what is proved is far below it; `None` if it is not, or nothing is proved.
+    /// Why the minimum is not certified, if its proved lower bound is far below; `None` otherwise, or if nothing is proved.
     pub fn not_certified(&self) -> Option<String> {
         not_certified(self.minimum_bits_per_step, self.minimum_lower_bits_per_step).filter(|_| self.proved)
     }
 
-    /// Whether a lower bound is proved that is as good as the minimum found.
+    /// Whether the proved lower bound is close enough to certify the minimum found.
     pub fn is_certified(&self) -> bool {
         self.proved && self.not_certified().is_none()
     }
@@ -162,7 +162,7 @@ impl TaskBound {
         always.into_iter().chain(sometimes.into_iter().flatten()).all(f64::is_finite)
     }
 
-    /// Whether the numbers are in the order that they must have, up to the duality gap and rounding.
+    /// Whether the numbers are in the required order, up to the duality gap and rounding.
     pub fn is_ordered(&self) -> bool {
         let gap = self.minimum_bits_per_step - self.minimum_lower_bits_per_step;
         let rates = self.order.iter().filter(|line| line.ordered).filter_map(|line| line.bits_per_step);
@@ -212,7 +212,7 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
         |cost| format!("the virtual sensor below, computed by its filter, at an expected cost of {}", short(cost, 8)),
     );
     lines.push(line("virtual sensor", bound.achieved_bits_per_step, false, &kept));
-    // The design keeps the cost D only where D is not below its own.
+    // The design meets the cost D only if D is not below its own cost.
     let keeps = bound.own_cost.is_some_and(|own| {
         let rounding = (1e-12 * own.abs()).min(1e-6 * (own - bound.minimum_cost).abs());
         bound.cost >= own - rounding - f64::MIN_POSITIVE

@@ -1,4 +1,4 @@
-//! The virtual sensor as people see it: which states it measures, how well and when.
+//! The virtual sensor in readable form: which states it measures, how precisely and when.
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -21,9 +21,9 @@ pub struct SensorReport {
     pub states: Vec<String>,
     /// Their units, n; empty where they are not known.
     pub units: Vec<String>,
-    /// Each state that it measures, that with the most bits first.
+    /// The states that it measures, the one with the most bits first.
     pub measured: Vec<MeasuredState>,
-    /// What it measures in each part of the time.
+    /// What it measures in each time window.
     pub windows: Vec<SensorWindow>,
     /// `C` at each decision, rank x n, T of them.
     pub measurement: Vec<Vec<Vec<f64>>>,
@@ -33,18 +33,18 @@ pub struct SensorReport {
     pub gain: Vec<Vec<Vec<f64>>>,
 }
 
-/// How much of the information is about one state.
+/// The share of the information that concerns one state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredState {
     /// The state.
     pub state: String,
     /// Its unit.
     pub unit: String,
-    /// Bits over all decisions: those of each direction, shared out by `c_i^2` times the variance of the state.
+    /// Bits over all decisions: those of each direction, divided among states by `c_i^2` times the state's variance.
     pub bits: f64,
 }
 
-/// What the sensor measures in a part of the time.
+/// What the sensor measures in one time window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorWindow {
     /// Its first decision.
@@ -57,39 +57,39 @@ pub struct SensorWindow {
     pub until_s: f64,
     /// Bits over the window.
     pub bits: f64,
-    /// How many numbers are measured at a decision, at most.
+    /// Maximum number of scalars measured at a decision.
     pub rank: usize,
     /// The decision with the most bits.
     pub strongest: usize,
-    /// What is measured there, that with the most bits first.
+    /// What is measured at that decision, the direction with the most bits first.
     pub directions: Vec<Direction>,
 }
 
-/// A combination of states that is measured, apart from the others: what they give adds up.
+/// A measured combination of states, independent of the others: their bits add up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Direction {
-    /// What it gives, bits.
+    /// Its information, bits.
     pub bits: f64,
-    /// Coefficients of the states, n; that of the state which counts most is 1.
+    /// Coefficients of the states, n; the dominant state has 1.
     pub coefficients: Vec<f64>,
-    /// The unit of the combination: that of this state.
+    /// Unit of the combination, which is the unit of the dominant state.
     pub unit: String,
     /// The standard deviation of the noise, in this unit.
     pub deviation: f64,
-    /// The same in words, with the states that count, the five that count most at most.
+    /// The measurement in words, with the states that matter, at most five.
     pub text: String,
 }
 
-/// Parts of the time that are distinguished.
+/// Number of time windows.
 const WINDOWS: usize = 5;
 
-/// A state counts in words when its part deviates by at least this share of the greatest one.
+/// A state is named if its part of the standard deviation is at least this share of the largest part.
 const COUNTS: f64 = 0.05;
 
-/// The most states that are named of a combination.
+/// Maximum number of states named in a combination.
 const NAMED: usize = 5;
 
-/// The report of virtual sensors, `predicted` being the covariances before each.
+/// The report of virtual sensors; `predicted` are the covariances before each measurement.
 pub(super) fn sensor_report(
     sensors: &[VirtualSensor],
     predicted: &Matrices,
@@ -124,7 +124,7 @@ fn entries(matrix: &Matrices, rows: usize) -> Vec<Vec<f64>> {
     (0..rows).map(|i| (0..matrix.cols()).map(|j| matrix.get(0, i, j)).collect()).collect()
 }
 
-/// What a sensor measures, turned so that what each number gives adds up: with noise of variance 1, `C P C'` is diagonal.
+/// The measurements, rotated so that the bits of the numbers add up: with noise of variance 1, `C P C'` is diagonal.
 fn directions(sensor: &VirtualSensor, predicted: &DMatrix<f64>, channels: &[Channel]) -> Vec<Direction> {
     let (rank, n) = (sensor.rank, predicted.nrows());
     if rank == 0 {
@@ -137,7 +137,7 @@ fn directions(sensor: &VirtualSensor, predicted: &DMatrix<f64>, channels: &[Chan
         let bits = 0.5 * math::ln_1p(eigen.eigenvalues[i].max(0.0)) / std::f64::consts::LN_2;
         describe(bits, &turned.row(i).iter().copied().collect::<Vec<_>>(), predicted, channels)
     };
-    // What tells nothing has no deviation.
+    // A direction that carries no information has no finite deviation.
     let mut found: Vec<Direction> = (0..rank).map(direction).filter(|one| one.deviation.is_finite()).collect();
     found.sort_by(|a, b| b.bits.total_cmp(&a.bits));
     found
@@ -171,7 +171,7 @@ fn describe(bits: f64, row: &[f64], predicted: &DMatrix<f64>, channels: &[Channe
     Direction { bits, coefficients, unit, deviation, text }
 }
 
-/// Bits by state, shared out by `c_i^2 P_ii`.
+/// Bits per state, divided in proportion to `c_i^2 P_ii`.
 fn measured(directions: &[Vec<Direction>], predicted: &Matrices, channels: &[Channel]) -> Vec<MeasuredState> {
     let mut bits = vec![0.0; channels.len()];
     for (t, of_step) in directions.iter().enumerate() {

@@ -11,14 +11,14 @@ use crate::Error;
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 
-/// Values of a linear model may differ from `A x + B u` by this, relatively, for rounding.
+/// Values of a linear model may differ from `A x + B u` by this, relatively, because of rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The stationary problem of a task whose plan and noise are known, and how far the cost is from one for which its
-/// regulator is exact.
+/// The stationary problem of a task with known plan and noise, and how far its cost is from one for which the
+/// regulator is exactly optimal.
 ///
 /// # Errors
-/// Where the system changes over time, is not linear, its cost is not `1/2 z' L z` of `z = (x, u)`, or no regulator
+/// If the system varies over time or is not linear, its cost is not `1/2 z' L z` with `z = (x, u)`, or no regulator
 /// keeps the cost finite.
 pub(super) fn stationary(
     task: &Task,
@@ -52,7 +52,7 @@ pub(super) fn stationary(
     Ok((system, distance))
 }
 
-/// Whether the first `cols` columns and as many rows, where there are more, are the same at every step.
+/// Whether the first `cols` columns, and at most `cols` rows, are the same at every step.
 fn is_same(matrices: &Matrices, range: Range<usize>, cols: usize) -> bool {
     let rows = if matrices.rows() > cols { cols } else { matrices.rows() };
     let scale = |i: usize, j: usize| matrices.get(0, i, j).abs();
@@ -63,7 +63,7 @@ fn is_same(matrices: &Matrices, range: Range<usize>, cols: usize) -> bool {
         })
 }
 
-/// Whether the model is `A x + B u` and the stage cost `1/2 z' L z`, by their values at points small and great.
+/// Whether the model is `A x + B u` and the stage cost `1/2 z' L z`, judged by their values at small and large points.
 fn is_quadratic(task: &Task, phi: &[f64], state: &TaskState) -> bool {
     let knots = &state.plan.knots;
     let (n, joint) = (knots.dimensions.states, knots.dimensions.joint());

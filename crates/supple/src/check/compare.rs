@@ -7,9 +7,9 @@ use super::differences::Difference;
 pub struct Row {
     /// Which derivative.
     pub name: String,
-    /// The difference of the entry that is worst beside its tolerance, relative to the scale of that entry.
+    /// The error of the worst entry compared with its tolerance, relative to the scale of that entry.
     pub error: f64,
-    /// How large it may be: that of the derivative, and what the finite difference leaves uncertain.
+    /// The largest error allowed: the tolerance of the derivative plus the uncertainty of the finite difference.
     pub tolerance: f64,
     /// Where the worst entry is.
     pub place: String,
@@ -19,18 +19,18 @@ pub struct Row {
     pub numeric: f64,
     /// Entries too small, relative to the rounding of their function, for an error of a thousandth to be detected.
     pub unresolved: Vec<String>,
-    /// Entries without a finite difference: no point beside the design could be evaluated.
+    /// Entries without a finite difference: no point near the design could be evaluated.
     pub not_compared: Vec<String>,
     /// Whether every entry was compared, and is within its tolerance.
     pub passed: bool,
 }
 
-/// A relative error of an entry that a comparison has to see.
+/// Relative error of an entry that a comparison must be able to detect.
 pub const VISIBLE: f64 = 1e-3;
 
-/// One entry of a derivative beside its finite difference.
+/// One entry of a derivative and its finite difference.
 struct Entry {
-    /// Entries of one group have one scale.
+    /// Entries of one group share a scale.
     group: usize,
     key: usize,
     analytic: f64,
@@ -51,14 +51,14 @@ pub(super) struct Entries {
 }
 
 impl Entries {
-    /// Adds an entry of a group of one scale; its key says where it is.
+    /// Adds an entry to a group that shares one scale; its key identifies its position.
     pub fn add(&mut self, (group, key): (usize, usize), analytic: f64, numeric: Option<Difference>) {
         self.groups = self.groups.max(group + 1);
         self.list.push(Entry { group, key, analytic, numeric });
     }
 
-    /// The comparison: an entry may differ by `tolerance` of the largest entry of its group, and by what its finite
-    /// difference leaves uncertain.
+    /// The comparison: an entry may differ by `tolerance` of the largest entry of its group, plus its finite
+    /// difference's uncertainty.
     pub fn row(self, name: &str, tolerance: f64, place: impl Fn(usize) -> String) -> Row {
         let mut scales = vec![0.0_f64; self.groups];
         for entry in &self.list {
@@ -75,7 +75,7 @@ impl Entries {
             let mut allowed = tolerance * scale + numeric.uncertainty;
             if scale > 0.0 && allowed > VISIBLE * scale {
                 unresolved.push(place(entry.key));
-                // Where rounding is that large, so is the uncertainty of how large it is.
+                // If rounding is that large, its own size is just as uncertain.
                 allowed += numeric.uncertainty;
             }
             let difference = (entry.analytic - numeric.value).abs();

@@ -5,12 +5,12 @@ use supple_kernels::halt;
 pub struct Difference {
     /// The derivative, extrapolated from differences over several steps.
     pub value: f64,
-    /// How far from the derivative it may be: what the extrapolation and rounding explain.
+    /// How far it may be from the derivative, given extrapolation and rounding errors.
     pub uncertainty: f64,
 }
 
 impl Difference {
-    /// Of what is constant.
+    /// The derivative of a constant: exactly 0.
     pub const ZERO: Self = Self { value: 0.0, uncertainty: 0.0 };
 
     /// The derivative of a sum.
@@ -19,7 +19,7 @@ impl Difference {
         Self { value: self.value + other.value, uncertainty: self.uncertainty + other.uncertainty }
     }
 
-    /// The derivative by a number that moves `size` times as fast.
+    /// The derivative with respect to a variable that is scaled by `size`.
     #[must_use]
     pub fn over(self, size: f64) -> Self {
         Self { value: self.value / size, uncertainty: self.uncertainty / size.abs() }
@@ -31,34 +31,34 @@ impl Difference {
 pub(super) struct Differencing<'a> {
     /// The longest step.
     pub step: f64,
-    /// Steps are shortened until every value is known so well, relative to itself, or until noise forbids.
+    /// Steps are shortened until every value has this relative accuracy, or until noise prevents it.
     pub goal: f64,
-    /// The noise of each value, where it is known; measured where it is not.
+    /// The noise of each value if it is known; otherwise it is measured.
     pub noise: Option<&'a [f64]>,
-    /// How many values in a row are sums of terms as large as the largest of them, so that they are rounded as that is.
+    /// Number of consecutive values that are sums of terms as large as the largest of them and so share its rounding error.
     pub block: usize,
 }
 
-/// Rounding of a function that adds some terms, relative to its value.
+/// Rounding error of a function that sums several terms, relative to its value.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Noise counts so many times its standard deviation.
+/// Noise is counted as this many standard deviations.
 const DEVIATIONS: f64 = 6.0;
 
-/// By how much each step is shorter than the one before.
+/// Factor by which each step is shorter than the one before.
 const SHRINK: f64 = 4.0;
 
-/// Steps at most: the last is 4e-6 of the first.
+/// Maximum number of steps: the last is 4e-6 of the first.
 const LEVELS: usize = 10;
 
-/// Columns of the extrapolation at most: higher ones extrapolate noise.
+/// Maximum number of extrapolation columns: higher ones extrapolate noise.
 const COLUMNS: usize = 4;
 
-/// An extrapolation is trusted to so many times the difference that its last step made.
+/// The error of an extrapolation is taken as this many times the change made by its last step.
 const SAFETY: f64 = 4.0;
 
-/// Where noise is measured, as shares of a span: at uneven places, so that rounding, which comes back at even ones, does not
-/// hide.
+/// Points where noise is measured, as fractions of a span: unevenly spaced, because rounding that repeats at even spacing
+/// would go unnoticed.
 const PLACES: [f64; 9] = [0.0, 0.0831, 0.2173, 0.3412, 0.4591, 0.6037, 0.7369, 0.8713, 1.0];
 
 /// The span over which noise is measured, relative to the longest step: so short that a smooth function is a polynomial of
@@ -89,7 +89,7 @@ fn polynomials() -> [[f64; PLACES.len()]; DEGREES] {
     let mut basis = [[0.0; PLACES.len()]; DEGREES];
     for degree in 0..DEGREES {
         let mut one = PLACES.map(|place| place.powi(degree as i32));
-        // Twice, as rounding asks for.
+        // Orthogonalise twice, because of rounding.
         for known in basis[..degree].iter().chain(&basis[..degree]) {
             without(&mut one, known);
         }
@@ -99,13 +99,13 @@ fn polynomials() -> [[f64; PLACES.len()]; DEGREES] {
     basis
 }
 
-/// Takes the part of a vector along a unit vector away.
+/// Removes the component of a vector along a unit vector.
 fn without(vector: &mut [f64], unit: &[f64]) {
     let along: f64 = vector.iter().zip(unit).map(|(a, b)| a * b).sum();
     vector.iter_mut().zip(unit).for_each(|(entry, unit)| *entry -= along * unit);
 }
 
-/// Differences to both sides of a point, or where one of them cannot be evaluated, to the other.
+/// Differences on both sides of a point or, if one side cannot be evaluated, on the other.
 #[derive(Clone, Copy)]
 enum Side {
     Both,
@@ -113,10 +113,10 @@ enum Side {
     Below,
 }
 
-/// The derivative at 0 of a function of one number, with several values, by Ridders' method: differences over steps that
-/// become shorter, extrapolated to a step of 0 in a tableau, of which for each value the entry is taken that the
-/// extrapolation and rounding leave least uncertain. Points where the function is `None` are left out; the result is `None`
-/// where nothing is left, and once a stop is requested.
+/// The derivative at 0 of a vector-valued function of one number, by Ridders' method: differences over ever shorter steps,
+/// extrapolated to a step of 0 in a tableau; for each value, the entry with the least uncertainty from extrapolation and
+/// rounding is taken. Points where the function is `None` are left out; the result is `None`
+/// if nothing is left, and once a stop is requested.
 pub(super) fn differentiate(how: Differencing, mut at: impl FnMut(f64) -> Option<Vec<f64>>) -> Option<Vec<Difference>> {
     let mut at = |h: f64| if halt::is_requested() { None } else { at(h) };
     let measured;
@@ -165,11 +165,11 @@ fn extrapolate(
 
 const UNKNOWN: Difference = Difference { value: f64::NAN, uncertainty: f64::INFINITY };
 
-/// What is known to this share of itself has settled: shorter steps do not contradict it but for noise.
+/// A value with at most this relative uncertainty is considered converged: shorter steps that contradict it show noise.
 const SETTLED: f64 = 1e-4;
 
-/// The better one of what longer and shorter steps say: the less uncertain one; but where they contradict each other the
-/// shorter ones, which see a bend that longer steps leave out.
+/// The better of the results from longer and shorter steps: the less uncertain one, unless they contradict each other; then
+/// the one from shorter steps, because these resolve a bend that longer steps miss.
 fn better(longer: Difference, shorter: Difference) -> Difference {
     let apart = (shorter.value - longer.value).abs();
     let has_settled = longer.uncertainty <= SETTLED * longer.value.abs();
@@ -177,7 +177,7 @@ fn better(longer: Difference, shorter: Difference) -> Difference {
     if contradict || shorter.uncertainty < longer.uncertainty { shorter } else { longer }
 }
 
-/// Quotients of differences over a step, and the sizes of the values that they are of.
+/// Difference quotients over a step, and the magnitudes of the values they are computed from.
 fn quotients(side: Side, step: f64, at: &mut impl FnMut(f64) -> Option<Vec<f64>>) -> Option<(Vec<f64>, Vec<f64>)> {
     let [above, below] = match side {
         Side::Both => [step, -step],
@@ -190,7 +190,7 @@ fn quotients(side: Side, step: f64, at: &mut impl FnMut(f64) -> Option<Vec<f64>>
     quotients.iter().all(|quotient| quotient.is_finite()).then_some((quotients, sizes))
 }
 
-/// What noise and rounding of the values make of quotients over a step.
+/// The error that noise and rounding of the values cause in difference quotients over a step.
 fn rounding(block: usize, step: f64, sizes: &[f64], noise: &[f64]) -> Vec<f64> {
     let of = |block: &[f64]| {
         let largest = block.iter().fold(0.0, |largest: f64, size| largest.max(*size));
@@ -200,9 +200,9 @@ fn rounding(block: usize, step: f64, sizes: &[f64], noise: &[f64]) -> Vec<f64> {
     rounded.zip(noise).map(|(rounded, noise)| rounded.max(DEVIATIONS * noise) / step).collect()
 }
 
-/// The next row of the tableau: quotients first, and each column free of one more power of the step.
+/// The next row of the tableau: quotients first; each further column eliminates one more power of the step.
 fn next_row(side: Side, quotients: Vec<f64>, last: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    // Differences to both sides have errors in even powers of the step only.
+    // Two-sided differences have errors in even powers of the step only.
     let power = if matches!(side, Side::Both) { SHRINK * SHRINK } else { SHRINK };
     let mut row = vec![quotients];
     let mut factor = power;
@@ -215,7 +215,7 @@ fn next_row(side: Side, quotients: Vec<f64>, last: &[Vec<f64>]) -> Vec<Vec<f64>>
     row
 }
 
-/// The entry of a row of the tableau that is the least uncertain, of one value.
+/// The least uncertain entry, for one value, of a row of the tableau.
 fn entry(row: &[Vec<f64>], last: &[Vec<f64>], index: usize, rounding: f64) -> Difference {
     let mut best = UNKNOWN;
     for column in 1..row.len() {
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn uncertainties_hold_and_steps_fit_the_curvature() {
-        // A bend of a width that differs by factors of a million from the first step.
+        // A bend whose width differs from the first step by factors of up to a million.
         for width in [1e-5, 1e-3, 1.0, 1e3] {
             let bend = |x: f64| (1.0 + (x / width).powi(2)).sqrt() + x / width;
             let found = differentiate(how(1e-2), |h| Some(vec![bend(0.3 * width + h)])).unwrap()[0];
@@ -259,15 +259,15 @@ mod tests {
         assert!((1e-10..1e-8).contains(&measured[0]) && measured[1] < 1e-15, "{measured:?}");
     }
 
-    /// The function is a difference of numbers that are a million times as large, so that its rounding is not that of its
-    /// value, and short steps give the same wrong quotient over and over.
+    /// The function is a difference of numbers a million times as large, so its rounding error is larger than its value
+    /// suggests, and short steps give the same wrong quotient repeatedly.
     #[test]
     fn rounding_that_is_larger_than_it_looks_is_seen() {
         let cancelling = |z: f64| 250.0 * ((z * z + 1e-4).sqrt() + z);
         let exact = 250.0 * (1.0 - 0.75 / (0.75f64 * 0.75 + 1e-4).sqrt());
         for offset in 0..200 {
             let start = -0.75 - 1e-9 * f64::from(offset);
-            // A value that stays unknown keeps the steps going.
+            // A value that remains uncertain prevents the steps from ending early.
             let unknown = |h: f64| if h == 0.0 { 0.0 } else { (1e12 * h).sin() };
             let found = differentiate(how(1e-4), |h| Some(vec![cancelling(start + h), unknown(h)])).unwrap()[0];
             let error = (found.value - exact).abs();

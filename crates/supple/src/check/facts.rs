@@ -7,14 +7,14 @@ use supple_lqg::spectral_radius;
 use crate::plan::Plan;
 use crate::problem::Task;
 
-/// Something about the knots that decides how well the numbers can be trusted.
+/// A property of the knots that affects how reliable the numbers are.
 #[derive(Clone, Debug, Serialize)]
 pub struct Fact {
-    /// What it is.
+    /// Name of the property.
     pub name: String,
     /// Its value.
     pub value: f64,
-    /// What it means here.
+    /// What the value means for this plan.
     pub note: String,
 }
 
@@ -33,13 +33,13 @@ pub(super) fn facts(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     facts
 }
 
-/// The n x n part of matrix t on the left.
+/// The first `cols` columns of matrix `t`.
 fn part(matrices: &Matrices, t: usize, cols: usize) -> DMatrix<f64> {
     DMatrix::from_fn(matrices.rows(), cols, |i, j| matrices.get(t, i, j))
 }
 
 /// Eigenvalues of the observability Gramian `sum Phi_t' C' V^-1 C Phi_t`, `Phi_t = A_{t-1}...A_0`, each state scaled
-/// by its standard deviation at the start where that is not 0. Empty if it is not finite, as over long horizons of
+/// by its initial standard deviation if that is not 0. Empty if it is not finite, as over long horizons of
 /// unstable systems.
 fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let size = plan.knots.dimensions;

@@ -1,4 +1,4 @@
-//! Gradients of information and cost by the parameters, beside finite differences of what they are gradients of.
+//! Gradients of information and cost with respect to the parameters, compared with finite differences.
 
 use rayon::prelude::*;
 use supple_kernels::{Matrices, Scratch};
@@ -25,33 +25,33 @@ use crate::settings::InformationWeights;
 
 const TOLERANCE: f64 = 1e-5;
 
-/// Steps are shortened until a difference is known so well.
+/// Steps are shortened until a difference has this relative accuracy.
 const GOAL: f64 = 1e-6;
 
-/// The longest step of a parameter where the plan is held fixed, and where it is made again, relative to its size.
+/// The longest step of a parameter, relative to its size, with the plan held fixed and with a new plan at each point.
 const LONGEST: f64 = 1e-2;
 const LONGEST_PLANNED: f64 = 2e-3;
 
-/// A gradient by all parameters beside its finite differences.
+/// A gradient with respect to all parameters, and its finite differences.
 #[derive(Clone, Debug)]
 pub struct ComparedGradient {
-    /// What it is the gradient of, and how.
+    /// The quantity whose gradient it is, and the kind of gradient.
     pub name: String,
     /// The gradient.
     pub analytic: Vec<f64>,
-    /// Its finite differences; `None` if no point beside the design could be evaluated.
+    /// Its finite differences; `None` if no point near the design could be evaluated.
     pub numeric: Vec<Option<Difference>>,
 }
 
 impl ComparedGradient {
-    /// The verdict, in which every parameter has a scale of its own.
+    /// The comparison, in which every parameter has its own scale.
     #[must_use]
     pub fn row(&self, parameters: &Parameters) -> Row {
         parameter_row((&self.name, TOLERANCE), parameters, &self.analytic, &self.numeric)
     }
 }
 
-/// The gradients of a task at a plan, and the points beside it that could not be evaluated.
+/// The gradients of a task at a plan, and the points near it that could not be evaluated.
 #[derive(Clone, Debug, Default)]
 pub struct ComparedGradients {
     /// Frozen gradients and, where the plan has them, total ones.
@@ -60,7 +60,7 @@ pub struct ComparedGradients {
     pub left_out: Vec<String>,
 }
 
-/// The frozen and total gradients of a task, at the plan in `state`, beside finite differences.
+/// The frozen and total gradients of a task, at the plan in `state`, compared with finite differences.
 ///
 /// # Errors
 /// Where a gradient does not exist.
@@ -85,7 +85,7 @@ pub fn compare_gradients(
 type ByParameter = (Option<Vec<Difference>>, Vec<String>);
 
 impl ComparedGradients {
-    /// Takes gradients in with their differences by each parameter.
+    /// Appends gradients with their differences by each parameter.
     fn take(&mut self, gradients: Vec<(String, Vec<f64>)>, differences: Vec<ByParameter>) {
         for (index, (name, analytic)) in gradients.into_iter().enumerate() {
             let of = |(found, _): &ByParameter| found.as_ref().map(|found| found[index]);
@@ -94,7 +94,7 @@ impl ComparedGradients {
         self.left_out.extend(differences.into_iter().flat_map(|(_, left_out)| left_out));
     }
 
-    /// With trajectory, gains and value of information held fixed.
+    /// Appends frozen gradients: trajectory, gains and value of information held fixed.
     fn frozen(&mut self, problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) {
         let mut analytic = FrozenGradient::default();
         state.frozen_gradient(task, phi, &mut analytic);
@@ -108,7 +108,7 @@ impl ComparedGradients {
         self.take(named.into(), differences);
     }
 
-    /// With everything moving: the problem is solved again at every step, from the same plan.
+    /// Appends total gradients: everything varies, and at every step the plan is recomputed from the same start.
     fn total(&mut self, problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
         let named = [
             ("information", Some(Functional::INFORMATION)),
@@ -141,13 +141,13 @@ impl ComparedGradients {
     }
 }
 
-/// Settings with which plans are as precise as differences need them.
+/// Settings that make plans precise enough for finite differences.
 pub(super) fn tight(planning: &PlanSettings) -> PlanSettings {
     let tolerance = planning.tolerance.min(PlanSettings::default().tolerance);
     PlanSettings { tolerance, ..planning.clone() }
 }
 
-/// Differences by every parameter of a function of them all, of which each thread makes its own.
+/// Finite differences with respect to each parameter of a function that each thread creates for itself.
 fn differences<F: FnMut(&[f64]) -> Result<Vec<f64>, String>>(
     problem: &Problem,
     phi: &[f64],
@@ -156,7 +156,7 @@ fn differences<F: FnMut(&[f64]) -> Result<Vec<f64>, String>>(
 ) -> Vec<ByParameter> {
     let sizes: Vec<f64> = (0..phi.len()).map(|index| size_of(&problem.parameters, phi, index)).collect();
     let mut at = make();
-    // With all parameters moving at once: what is noise does not depend on which one moves.
+    // Move all parameters at once: the noise does not depend on which one moves.
     let noise = noise(longest, &mut |h| {
         let phi: Vec<f64> = phi.iter().zip(&sizes).map(|(phi, size)| phi + h * size).collect();
         at(&phi).ok()
@@ -193,7 +193,7 @@ fn frozen_values(task: &Task, phi: &[f64], state: &TaskState, scratch: &mut Scra
     Ok(vec![found.total, 0.5 * traces.sum::<f64>()])
 }
 
-/// Information and the parts of the cost at a design, planned again from given controls.
+/// Information and the parts of the cost at a design, after planning it again from given controls.
 fn planned_values(
     (task, phi): (&Task, &[f64]),
     planning: &PlanSettings,

@@ -20,7 +20,7 @@ use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task};
 
-/// What a check found.
+/// Results of a check.
 #[derive(Clone, Debug, Serialize)]
 pub struct CheckReport {
     /// Whether every derivative agrees.
@@ -29,7 +29,7 @@ pub struct CheckReport {
     pub tasks: Vec<TaskCheck>,
 }
 
-/// What the check of one task found.
+/// Results of the check of one task.
 #[derive(Clone, Debug, Serialize)]
 pub struct TaskCheck {
     /// Its name.
@@ -40,7 +40,7 @@ pub struct TaskCheck {
     pub stationarity: f64,
     /// One row per derivative, with its worst entry.
     pub rows: Vec<Row>,
-    /// Designs beside this one that differences by parameters had to leave out, and why.
+    /// Nearby designs that could not be used for differences by parameters, and why.
     pub left_out: Vec<String>,
     /// Conditioning and observability of its knots.
     pub facts: Vec<Fact>,
@@ -62,7 +62,7 @@ fn check_task(problem: &Problem, task: &Task, phi: &[f64]) -> Result<TaskCheck, 
     let mut rows = system::rows(problem, task, phi, &state.plan);
     Error::check_stop()?;
     let ComparedGradients { gradients, left_out } = compare_gradients(problem, task, phi, &mut state)?;
-    // Differences that were cut short are missing.
+    // After a stop request some differences are missing.
     Error::check_stop()?;
     rows.extend(gradients.iter().map(|gradient| gradient.row(&problem.parameters)));
     Ok(TaskCheck {
@@ -75,7 +75,7 @@ fn check_task(problem: &Problem, task: &Task, phi: &[f64]) -> Result<TaskCheck, 
     })
 }
 
-/// The plan of a task from its guesses, as precise as differences need it.
+/// The plan of a task from its first guesses, converged precisely enough for finite differences.
 ///
 /// # Errors
 /// Where the design cannot be evaluated.

@@ -12,11 +12,11 @@ use super::differences::{Difference, differentiate};
 use super::system::{FIRST_ORDER, HIGHER_ORDER, SystemCheck, differencing};
 use crate::branches::uniform;
 
-/// The longest step of a parameter where the plan is held fixed, relative to its size.
+/// The longest step of a parameter, relative to its size, when the plan is held fixed.
 const LONGEST: f64 = 1e-2;
 
-/// The size of a parameter, for steps: its value, but not below a thousandth of the range that it is moved over
-/// linearly.
+/// The size of a parameter, which scales its steps: its value or, on a linear scale, at least a thousandth of its
+/// range.
 pub(super) fn size_of(parameters: &Parameters, phi: &[f64], index: usize) -> f64 {
     let parameter = parameters.get(index);
     let [lower, upper] = parameter.bounds;
@@ -26,7 +26,7 @@ pub(super) fn size_of(parameters: &Parameters, phi: &[f64], index: usize) -> f64
     }
 }
 
-/// One row of a gradient by the parameters, each of which has a scale of its own.
+/// The row of a gradient with respect to the parameters, each with its own scale.
 pub(super) fn parameter_row(
     (name, tolerance): (&str, f64),
     parameters: &Parameters,

@@ -64,7 +64,7 @@ fn moved(trajectory: &Trajectory, t: usize, j: usize, h: f64) -> (Vec<f64>, Vec<
 }
 
 impl SystemCheck<'_> {
-    /// State `j` or control `j - n`, for people.
+    /// Display name of state `j` or control `j - n`.
     fn variable(&self, j: usize) -> String {
         let names = self.task.system.state_names();
         names.get(j).cloned().unwrap_or_else(|| format!("u{}", j + 1 - names.len()))
@@ -76,7 +76,7 @@ impl SystemCheck<'_> {
         STEP * (1.0 + x.into_iter().chain(u).nth(j).unwrap_or(0.0).abs())
     }
 
-    /// The row of a matrix per step: entry `(i, j)` has one scale over all steps.
+    /// The row for a sequence of matrices, one per step: entry `(i, j)` has one scale over all steps.
     fn matrix_row(
         &self,
         name: &str,
@@ -94,7 +94,7 @@ impl SystemCheck<'_> {
             let (t, i, j) = (key / (rows * cols), key / cols % rows, key % cols);
             format!("{}, step {t}", place(i, j))
         });
-        // With one scale over all steps, entries that vanish at some steps are nothing to note.
+        // Because of the common scale, entries that vanish at some steps need not be listed.
         Row { unresolved: Vec::new(), ..row }
     }
 
@@ -136,7 +136,7 @@ impl SystemCheck<'_> {
         self.matrix_row("C: measurement", FIRST_ORDER, (p, n), entries, place)
     }
 
-    /// Variables of the cost at step t: the control has no part in the end.
+    /// Number of variables of the cost at step t; the final cost does not depend on controls.
     pub(super) fn cost_variables(&self, t: usize) -> usize {
         let size = self.plan.knots.dimensions;
         if t < self.plan.trajectory.steps() { size.joint() } else { size.states }
@@ -166,7 +166,7 @@ impl SystemCheck<'_> {
         self.matrix_row("cost, first order", FIRST_ORDER, (1, joint), entries, place)
     }
 
-    /// Differences of `width` values a step by entry `j` of `z`, which moves at every step at once.
+    /// Differences of `width` values per step by entry `j` of `z`, which is moved at every step at once.
     fn at_every_step(
         &mut self,
         (j, width): (usize, usize),
@@ -184,7 +184,7 @@ impl SystemCheck<'_> {
         Some(found)
     }
 
-    /// A row of second derivatives: differences of gradients, `joint` entries a step, beside a matrix per step.
+    /// A row of second derivatives: differences of gradients, `joint` entries per step, compared with a matrix per step.
     fn second_order(
         &mut self,
         name: &str,

@@ -5,24 +5,24 @@ use crate::problem::Problem;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
     /// The least information at which every expected cost is at most `factor` times its bound; an infinite factor
-    /// takes all bounds away.
+    /// removes all bounds.
     Information {
-        /// What all bounds are multiplied by; above 0.
+        /// Factor on all bounds; above 0.
         factor: f64,
     },
-    /// The least factor by which all bounds can be multiplied and still be met: the least of the greatest `J_i / D_i`.
+    /// The least factor by which all bounds can be multiplied and still be met: the minimum of the largest `J_i / D_i`.
     Cost,
 }
 
 impl Default for Aim {
-    /// The least information within the bounds as they are.
+    /// The least information within the unchanged bounds.
     fn default() -> Self {
         Self::Information { factor: 1.0 }
     }
 }
 
 impl Aim {
-    /// What bounds are multiplied by; `None` if there are to be no bounds.
+    /// Factor on the bounds; `None` if the aim has no bounds.
     pub(crate) fn factor(self) -> Option<f64> {
         match self {
             Self::Information { factor } => factor.is_finite().then_some(factor),
@@ -30,8 +30,8 @@ impl Aim {
         }
     }
 
-    /// Whether a visit is of use: its plans converged, it meets the budget and, where bounds limit the aim, those too,
-    /// within a share `feasibility` of them.
+    /// Whether a visited design is usable: its plans converged, it meets the budget and, if the aim has bounds, those too,
+    /// within a relative tolerance `feasibility`.
     pub(crate) fn is_met(self, visit: &Visit, feasibility: f64) -> bool {
         match self {
             Self::Information { .. } => visit.is_feasible(feasibility),
@@ -39,7 +39,7 @@ impl Aim {
         }
     }
 
-    /// What is minimised among visits that are of use.
+    /// The value by which usable designs are compared.
     pub(crate) fn objective(self, visit: &Visit, problem: &Problem) -> f64 {
         match self {
             Self::Information { .. } => visit.objective(problem),

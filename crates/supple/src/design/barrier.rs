@@ -8,8 +8,8 @@ use super::outer::{Ending, Optimiser, OuterProblem, Units};
 /// phi <- phi - h (dDI/dphi + sum_i beta / (D_i - J_i) dJ_i/dphi)      h = tanh(min_i (D_i - J_i) + gamma)
 /// ```
 ///
-/// projected on the box; a budget of prices is one more `D_i`, with the prices' sum as its `J_i`. A step is at most a
-/// twentieth of the box long, which the paper leaves open; the search ends when steps fall below the tolerance, or when it
+/// projected on the box; a budget of prices is one more `D_i`, with the prices' sum as its `J_i`. A step is limited to a
+/// twentieth of the box (the paper gives no limit); the search ends when steps fall below the tolerance, or when it
 /// has used up ten times the evaluations of the other optimisers.
 pub(super) struct Barrier {
     /// `beta`
@@ -41,7 +41,7 @@ impl Optimiser for Barrier {
             let mut least = f64::INFINITY;
             for (constraint, gradient) in at.constraints.iter().zip(&at.jacobian) {
                 let room = -constraint;
-                // The barrier is infinite where the bound is met exactly.
+                // The barrier is infinite if a bound is met with equality.
                 let factor = self.weight / if room.abs() < 1e-9 { 1e-9_f64.copysign(room) } else { room };
                 for (direction, gradient) in direction.iter_mut().zip(gradient) {
                     *direction += factor * gradient;

@@ -1,4 +1,4 @@
-//! How long computations are watched and stopped.
+//! Observing and stopping long computations.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -31,7 +31,7 @@ pub enum Event<'a> {
         start: usize,
         /// All its parameters.
         design: &'a [f64],
-        /// Whether a step that comes next may take its place: it is the first trial of a line search.
+        /// Whether the next step may replace this one, as it is only the first trial of a line search.
         is_trial: bool,
     },
     /// Other local minima of the plans are being searched for.
@@ -67,8 +67,8 @@ impl Observer for NoObserver {
     fn observe(&self, _: Event) {}
 }
 
-/// How a long computation is watched and stopped. `Control::default()` does neither; `..Control::default()` does without
-/// one of them.
+/// How a long computation is observed and stopped. `Control::default()` does neither; use `..Control::default()` to set
+/// only one of them.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Receives progress events.
@@ -77,10 +77,10 @@ pub struct Control<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// What no one ever sets.
+/// A stop flag that is never set.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-/// Neither watched nor stopped.
+/// No observer and no stop flag.
 impl Default for Control<'_> {
     fn default() -> Self {
         Self { observer: &NoObserver, stop: &NEVER }

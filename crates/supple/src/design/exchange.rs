@@ -1,4 +1,4 @@
-//! Plans exchanged between starts: a branch search that found no cheaper plan at the end of one start may have missed the
+//! Exchange of plans between starts: a branch search that found no cheaper plan at the end of one start may have missed the
 //! one on which another start ended (theory, section D).
 
 use std::cmp::Ordering;
@@ -16,14 +16,14 @@ use crate::problem::Task;
 
 /// A search that was resumed.
 struct Resumed {
-    /// The better of its ends.
+    /// The better of the old and the new result.
     summary: StartSummary,
-    /// Whether that is the new one.
+    /// Whether the new result is the better one.
     better: bool,
 }
 
 impl Searcher<'_> {
-    /// Continues the plans at the end of every start to the ends of the others near it. Where one is cheaper there, the
+    /// Continues the final plans of every start to the final designs of the others near it. If one is cheaper there, the
     /// search resumes from it, and the better of both ends is kept; repeated until no plan is cheaper. The result does not
     /// depend on the number of threads.
     pub(super) fn exchange_plans(&self, starts: &mut [StartSummary]) {
@@ -55,7 +55,7 @@ impl Searcher<'_> {
         let controls = self.cheaper_plans(starts, start)?;
         let mut summary = StartSummary::new(known.to.clone());
         let outcome = Rounds { searcher: *self, start, summary: &mut summary }.run(Some(controls));
-        // What was found until an error stands, and counts only where it is better.
+        // What was found before an error remains valid, and counts only if it is better.
         summary.error = outcome.err().or(summary.error);
         let better = self.rank(&summary).partial_cmp(&self.rank(known)) == Some(Ordering::Less);
         let (evaluations, without_contact) = (summary.evaluations, summary.without_contact);
@@ -79,7 +79,7 @@ impl Searcher<'_> {
         let mut better = false;
         let tasks = self.problem.tasks.iter().enumerate().zip(at.controls.iter().zip(&at.costs));
         let controls = tasks.map(|((index, task), (controls, &cost))| {
-            // Starts that ended together: one plan of each branch, and only where it may be cheaper.
+            // Of starts that ended at the same design, one plan per branch is tried, and only if it may be cheaper.
             let mut seen = vec![(place.clone(), cost)];
             let mut best = (cost, controls.clone());
             for other in &near {
@@ -120,5 +120,5 @@ impl Searcher<'_> {
     }
 }
 
-/// Designs that differ by no more than this, in scaled coordinates, are one.
+/// Designs that differ by no more than this, in scaled coordinates, count as the same.
 const SAME_PLACE: f64 = 1e-6;

@@ -1,7 +1,7 @@
 //! Design: the least information at which every task meets its bound (theory, section D), or the least cost.
 //!
-//! A new optimiser is one file with an [`Optimiser`], and one line in [`Method`] and in `searcher.rs`; one of another
-//! crate's goes into [`Searcher::with_optimiser`].
+//! A new optimiser takes one file with an [`Optimiser`], and one line each in [`Method`] and in `searcher.rs`; an optimiser
+//! of another crate is passed to [`Searcher::with_optimiser`].
 
 mod aim;
 mod barrier;

@@ -9,8 +9,8 @@ pub(crate) const OPTIMAL: f64 = 1e-4;
 
 /// First-order optimality of a visited design, and the multipliers of the tasks' bounds and, last, of the budget.
 ///
-/// Of least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradients of
-/// information and weighted price. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the
+/// For least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradients of
+/// information and weighted price. For least cost: that of the convex combination of the gradients of `J_i / D_i` over the
 /// tasks where it is greatest, relative to `J_i / D_i`; there are no multipliers of bounds.
 pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let Visitor { problem, settings, aim, scaling, .. } = visitor;
@@ -28,14 +28,14 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
             let is_active = |task: usize| violations[task].is_some_and(|violation| violation > -near);
             let active = (0..at.tasks.len()).filter(|&task| is_active(task));
             let mut active: Vec<usize> = active.chain(is_tight.then_some(budget)).collect();
-            // Those without measurements have no multipliers that are told.
+            // Constraints on costs without measurements have no reported multipliers.
             let is_near = |task: &&TaskVisit| task.unmeasured_violation().is_some_and(|violation| violation > -near);
             let unmeasured = at.tasks.iter().filter(is_near).filter_map(TaskVisit::unmeasured_gradient);
             constraints.extend(unmeasured.map(|gradient| scaled(&gradient)));
             active.extend(budget + 1..constraints.len());
             let (worst, mut multipliers) = project(&objective, &constraints, &active, &at.scaled);
             multipliers.truncate(budget + 1);
-            // Where information and price are in balance, the gradient of their sum is no measure.
+            // If information and price are in balance, the gradient of their sum cannot serve as a scale.
             let parts = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
             let parts = parts.map(|(information, price)| information.abs() + (at.price.weight * price).abs());
             let size = parts.fold(1e-300, f64::max);
@@ -61,8 +61,8 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     }
 }
 
-/// Non-negative least squares of an objective's gradient on those of active constraints, over coordinates off their
-/// bounds: the largest entry that is left there, and the multipliers of all constraints.
+/// Non-negative least-squares fit of an objective's gradient by those of active constraints, over coordinates inside their
+/// bounds: the largest entry of the residual, and the multipliers of all constraints.
 fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], coordinates: &[f64]) -> (f64, Vec<f64>) {
     let mut multipliers = vec![0.0; constraints.len()];
     let free = |i: usize, residual: f64| {
@@ -73,7 +73,7 @@ fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], coordi
         let sum = |i: usize| active.iter().map(|&task| multipliers[task] * constraints[task][i]).sum::<f64>();
         (0..objective.len()).map(|i| objective[i] + sum(i)).collect()
     };
-    // Coordinate descent: tasks are few.
+    // Coordinate descent is fast enough, as there are few tasks.
     for _ in 0..200 {
         for &task in active {
             let rest = residual(&multipliers);

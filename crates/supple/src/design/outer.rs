@@ -5,12 +5,12 @@ use super::search::Search;
 use super::visited::Visit;
 use crate::Error;
 
-/// An optimiser of designs. It sees an [`OuterProblem`] and nothing else.
+/// An optimiser of designs. It only accesses an [`OuterProblem`].
 pub trait Optimiser: Send + Sync {
     /// Searches from the problem's [first point](OuterProblem::first).
     fn minimise(&self, problem: &mut OuterProblem) -> Ending;
 
-    /// In which units it sees the problem.
+    /// The units in which it is given the problem.
     fn units(&self) -> Units {
         Units::Scaled
     }
@@ -25,7 +25,7 @@ pub trait Optimiser: Send + Sync {
         1
     }
 
-    /// Whether it goes on with shorter steps from points that cannot be evaluated, whose objective is infinite, rather
+    /// Whether it continues with shorter steps when a point cannot be evaluated (its objective is infinite), rather
     /// than ending there.
     fn steps_back(&self) -> bool {
         false
@@ -58,9 +58,9 @@ pub enum Units {
 /// What is known at a point.
 #[derive(Clone, Debug)]
 pub struct OuterPoint {
-    /// The variables, as they were evaluated.
+    /// The variables at which it was evaluated.
     pub variables: Vec<f64>,
-    /// The objective; infinite where the point could not be evaluated, and all else is that of the last point that could.
+    /// The objective; infinite if the point could not be evaluated; the other fields are then those of the last valid point.
     pub objective: f64,
     /// Its gradient, one number per variable.
     pub gradient: Vec<f64>,
@@ -80,11 +80,11 @@ pub struct OuterProblem<'s, 'a, 'b> {
     search: &'s mut Search<'a, 'b>,
     units: Units,
     first: Visit,
-    /// Tasks with bounds, and what their constraints are divided by.
+    /// Tasks with bounds, and the scales by which their constraints are divided.
     bounded: Vec<(usize, f64)>,
-    /// What the objective is divided by.
+    /// The scale by which the objective is divided.
     scale: f64,
-    /// Evaluations before the last point was asked for.
+    /// Number of evaluations before the last point was requested.
     known: usize,
     failures: Failures,
     /// Whether the evaluation of a point was stopped.
@@ -93,14 +93,14 @@ pub struct OuterProblem<'s, 'a, 'b> {
 
 /// Points that could not be evaluated, since the last one that could.
 struct Failures {
-    /// The last one, in coordinates from 0 to 1, and why.
+    /// The last such point, in coordinates from 0 to 1, and its error.
     last: Option<(Vec<f64>, Error)>,
     count: usize,
-    /// How many end the search.
+    /// The number of failures that ends the search.
     most: usize,
 }
 
-/// Consecutive points that cannot be evaluated after which a search ends that steps back from them.
+/// Number of consecutive failed points after which a search that retries with shorter steps ends.
 const FAILURES: usize = 6;
 
 impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
@@ -119,7 +119,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         Self { search, units, first, bounded, scale, known, failures, stopped: false }
     }
 
-    /// Why points could not be evaluated, where that ended the search.
+    /// Why points could not be evaluated, if that ended the search.
     pub(super) fn into_error(self) -> Option<Error> {
         let Failures { last, count, most } = self.failures;
         last.filter(|_| count >= most).map(|(_, error)| error)
@@ -171,7 +171,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         self.interrupted().is_some()
     }
 
-    /// How a search ends that ends now, where it was not its own decision.
+    /// How the search has to end if it was interrupted; `None` if it may continue.
     pub fn interrupted(&self) -> Option<Ending> {
         match (self.failures.count >= self.failures.most, self.stopped || self.search.control.is_stopped()) {
             (true, _) => Some(Ending::Stalled),
@@ -212,7 +212,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         None
     }
 
-    /// A gradient by all parameters over a scale, and by the auxiliary variable where there is one.
+    /// A gradient with respect to the variables, divided by a scale, from one with respect to all parameters.
     fn gradient(&self, visit: &Visit, by_parameter: &[f64], (scale, auxiliary): (f64, f64)) -> Vec<f64> {
         let scaling = &self.search.visitor.scaling;
         let own: Vec<f64> = match self.units {
@@ -222,8 +222,8 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         own.into_iter().map(|slope| slope / scale).chain(self.has_auxiliary().then_some(auxiliary)).collect()
     }
 
-    /// What is known at a point; `None` if nothing was ever evaluated. At a point that cannot be evaluated, and once
-    /// the search [is stopped](Self::is_stopped), that of the last point, at the former with an infinite objective.
+    /// The values at a point; `None` if nothing was ever evaluated. If the point cannot be evaluated, or once
+    /// the search [is stopped](Self::is_stopped), those of the last point; in the former case with an infinite objective.
     pub fn at(&mut self, variables: &[f64]) -> Option<OuterPoint> {
         if let Some(visit) = self.visit(variables) {
             return Some(self.known_of(&visit, variables));
@@ -234,7 +234,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         Some(OuterPoint { objective, ..known })
     }
 
-    /// What is known of a visit; the auxiliary variable is that of the point asked for.
+    /// The values at a visit, with the auxiliary variable of the requested point.
     fn known_of(&self, visit: &Visit, variables: &[f64]) -> OuterPoint {
         let problem = self.search.problem();
         let auxiliary = self.has_auxiliary().then(|| variables[variables.len() - 1]);
@@ -253,7 +253,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         for &(task, size) in &self.bounded {
             let at = &visit.tasks[task];
             let (value, by_parameter, by) = match auxiliary {
-                // `J / D` over its size at the start, less the auxiliary variable.
+                // `J / D` divided by its value at the start, minus the auxiliary variable.
                 Some(auxiliary) => {
                     let by_parameter = at.violation_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
                     let value = at.violation().map(|violation| (1.0 + violation) / self.scale - auxiliary);
@@ -297,7 +297,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         }
     }
 
-    /// Whether the point asked for last was new.
+    /// Whether the last requested point was new.
     pub fn is_new(&self) -> bool {
         self.search.evaluations > self.known
     }

@@ -1,4 +1,4 @@
-//! What a design search gives.
+//! Results of a design search.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ pub struct Design {
     pub status: DesignStatus,
     /// The index of the best start.
     pub best: usize,
-    /// Every start that was made, in order. They ignore catalogues.
+    /// Every start that was run, in order. Starts ignore catalogues.
     pub starts: Vec<StartSummary>,
     /// The choice from catalogues, where parameters have any.
     pub catalogue: Option<CatalogueDesign>,
@@ -25,7 +25,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// The design that was found: where parameters have catalogues, with values from these only.
+    /// The design that was found; parameters with catalogues have catalogue values.
     pub fn found(&self) -> &StartSummary {
         self.catalogue.as_ref().map_or(&self.starts[self.best], |catalogue| &catalogue.chosen().summary)
     }
@@ -37,7 +37,7 @@ impl Design {
 pub enum CatalogueMethod {
     /// All combinations of entries were designed, and the best was taken.
     AllCombinations,
-    /// The design without catalogues was rounded, and exchanged for better combinations of neighbouring entries for as long
+    /// The design without catalogues was rounded, then replaced by better combinations of neighbouring entries for as long
     /// as there were any.
     Neighbourhood,
 }
@@ -48,7 +48,7 @@ pub struct Combination {
     /// Places of the entries in the catalogues, in the order of
     /// [`catalogued`](supple_model::parameters::Parameters::catalogued).
     pub entries: Vec<usize>,
-    /// The design: the other parameters optimised, on the cheapest branches seen.
+    /// The design: the other parameters optimised, on the cheapest branches found.
     pub summary: StartSummary,
 }
 
@@ -57,14 +57,14 @@ pub struct Combination {
 pub struct CatalogueDesign {
     /// How the entries were chosen.
     pub method: CatalogueMethod,
-    /// How many combinations there are; the greatest number that there is where there are more.
+    /// Number of combinations; saturates at the largest `u64`.
     pub combinations: u64,
-    /// Whether the choice was made to its end: all combinations designed, or no neighbour better. It is not where it was
-    /// stopped, or took more combinations than are allowed.
+    /// Whether the choice was completed: all combinations designed, or no neighbour better. It is incomplete if it was
+    /// stopped or would have needed more combinations than allowed.
     pub complete: bool,
     /// The combinations that were designed, the best first. At least one.
     pub designed: Vec<Combination>,
-    /// How many could not be designed, and why the first of them could not.
+    /// How many combinations could not be designed.
     pub failed: usize,
     /// Why the first of them could not.
     pub first_error: Option<Error>,

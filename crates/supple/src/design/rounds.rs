@@ -11,7 +11,7 @@ use crate::Error;
 use crate::branches::{BranchSearch, best_of_guesses, search_branches};
 use crate::pipeline::TaskState;
 
-/// Information below this is none, nats.
+/// Information below this counts as zero, nats.
 const NOTHING: f64 = 1e-9;
 
 /// Rounds of optimiser and branch search from one start.
@@ -19,12 +19,12 @@ pub(super) struct Rounds<'a, 's> {
     pub searcher: Searcher<'a>,
     /// The start's number.
     pub start: usize,
-    /// What is found; where it starts is given.
+    /// The result; its starting point is already set.
     pub summary: &'s mut StartSummary,
 }
 
 impl Rounds<'_, '_> {
-    /// Runs them, from given plans or from those of the tasks' first guesses.
+    /// Runs the rounds, from given plans or from those of the tasks' first guesses.
     pub fn run(&mut self, controls: Option<Vec<Matrices>>) -> Result<(), Error> {
         let Searcher { problem, settings, aim, control, .. } = self.searcher;
         let own = own_optimiser(settings);
@@ -55,7 +55,7 @@ impl Rounds<'_, '_> {
             if ending == Ending::Stopped || control.is_stopped() || optimiser.keeps_last() {
                 break;
             }
-            // Where nothing is left of what was minimised: the next kind of information.
+            // If the minimised information has reached zero, minimise the next kind of information.
             if self.searcher.goes_on
                 && self.summary.status.meets_bounds()
                 && last.information(problem) <= NOTHING
@@ -87,7 +87,7 @@ impl Rounds<'_, '_> {
     }
 
     /// Searches for cheaper branches at a design, with as many iterations as the search before took; the plans to continue
-    /// from, where there are any.
+    /// from, if there are any.
     fn better_branches(&mut self, at: &Visit, round: usize, effort: usize) -> Option<Vec<Matrices>> {
         self.summary.branches = at.tasks.len();
         let Searcher { problem, settings, control, .. } = self.searcher;
@@ -121,8 +121,8 @@ impl Rounds<'_, '_> {
 
 /// Runs an optimiser from the last design of a search, and leaves the design that it found as the last one.
 ///
-/// Where designs begin to need something, a sum with what is needed has an edge, across which gradients say nothing: a search
-/// that ends among designs that need nothing `goes_on` among those.
+/// An objective with needed information has a kink where designs begin to need information, and gradients say nothing across
+/// it: if `goes_on`, a search that ends among designs that need no information continues among these.
 fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) -> Ending {
     let mut ending = Ending::Stalled;
     for _ in 0..optimiser.runs() {

@@ -1,4 +1,4 @@
-//! What a search visits: it evaluates designs, counts them and tells the observer.
+//! One optimiser run: evaluates designs, counts them and notifies the observer.
 
 use super::optimality::optimality;
 use super::visit::Visitor;
@@ -15,9 +15,9 @@ pub(crate) struct Search<'a, 'b> {
     pub start: usize,
     /// Evaluations made.
     pub evaluations: usize,
-    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
+    /// Of these, how many have a plan that never makes a contact whose force a cost tracks.
     pub without_contact: usize,
-    /// Why a design on the way could not be evaluated, where that ended the run.
+    /// Why a design on the way could not be evaluated, if that ended the run.
     pub error: Option<Error>,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Search<'a, '_> {
         optimality(at, self.visitor)
     }
 
-    /// Visits scaled coordinates and tells the observer.
+    /// Visits scaled coordinates and notifies the observer.
     pub fn visit(&mut self, scaled: &[f64]) -> Result<Visit, Error> {
         let known = self.visitor.visits.len();
         let visit = self.visitor.visit(scaled)?.clone();
@@ -68,12 +68,12 @@ impl<'a> Search<'a, '_> {
         Ok(visit)
     }
 
-    /// Tells the observer of a step of the optimiser.
+    /// Notifies the observer of a step of the optimiser.
     pub fn step_to(&self, visit: &Visit, is_trial: bool) {
         self.control.observer.observe(Event::Stepped { start: self.start, design: &visit.phi, is_trial });
     }
 
-    /// Counts an evaluated design and tells the observer.
+    /// Counts an evaluated design and notifies the observer.
     pub fn tell(&mut self, visit: &Visit) {
         self.evaluations += 1;
         self.without_contact += usize::from(visit.misses_contact());

@@ -1,4 +1,4 @@
-//! What a search for designs is: a problem, settings, an aim and an optimiser.
+//! A search for designs: a problem, settings, an aim and an optimiser.
 
 use std::cmp::Reverse;
 
@@ -12,17 +12,17 @@ use crate::problem::Problem;
 /// Searches for designs of one problem with one aim.
 #[derive(Clone, Copy)]
 pub struct Searcher<'a> {
-    /// What there is to design.
+    /// The problem whose parameters are designed.
     pub problem: &'a Problem,
-    /// How it is searched for. The barrier knows no other aim than the least information.
+    /// Search settings. The barrier method supports no aim other than the least information.
     pub settings: &'a DesignSettings,
-    /// What is searched for.
+    /// The aim of the search.
     pub aim: Aim,
-    /// How the search is watched and stopped.
+    /// How the search is observed and stopped.
     pub control: Control<'a>,
-    /// Whether a search goes on to the next kind of information where nothing is left of what it minimised.
+    /// Whether a search continues with the next kind of information once the minimised kind reaches zero.
     pub(super) goes_on: bool,
-    /// The optimiser, where it is not that of the settings.
+    /// The optimiser, if not the one in the settings.
     pub(super) optimiser: Option<&'a dyn Optimiser>,
 }
 
@@ -42,8 +42,8 @@ impl<'a> Searcher<'a> {
         Self { problem, settings, aim, control, goes_on: true, optimiser: None }
     }
 
-    /// The same for the one kind of information of the settings, also where nothing is left of it: so that results
-    /// compare.
+    /// The same, but keeps to the kind of information in the settings even when it reaches zero, so that results
+    /// are comparable.
     #[must_use]
     pub fn with_one_information(self) -> Self {
         Self { goes_on: false, ..self }
@@ -55,8 +55,8 @@ impl<'a> Searcher<'a> {
         Self { optimiser: Some(optimiser), ..self }
     }
 
-    /// How good an end of a search is: first whether it is of no use, then how few kinds of information it has left behind,
-    /// of which it needs none, then what is minimised. The lesser is the better.
+    /// Ranks the result of a search, smaller is better: first whether it is unusable, then how many kinds of information
+    /// it has reduced to zero (more is better), then what is minimised.
     #[must_use]
     pub fn rank(&self, summary: &StartSummary) -> (bool, Reverse<usize>, f64) {
         let met = summary.status != DesignStatus::BoundViolated;
@@ -64,14 +64,14 @@ impl<'a> Searcher<'a> {
         let value = match (met, self.aim) {
             (true, Aim::Information { .. }) => summary.objective,
             (true, Aim::Cost) => summary.violation,
-            // Of no use although its costs are low: they are those of plans that did not converge.
+            // Infinite: its costs may be low, but its plans did not converge.
             (false, _) if excess <= self.settings.feasibility => f64::INFINITY,
             (false, _) => excess,
         };
         (!met, Reverse(summary.passed), value)
     }
 
-    /// Whether the plans have the gradients that are asked for.
+    /// Checks that the plans have the requested gradients.
     pub(super) fn check(&self) -> Result<(), Error> {
         let mode = self.problem.planning.plan;
         match self.settings.gradient == GradientKind::Total && !mode.has_total_gradient() {

@@ -14,29 +14,29 @@ use crate::problem::{Problem, Task};
 pub struct Split {
     /// The task.
     pub task: String,
-    /// All of it.
+    /// The whole change.
     pub total_bits: f64,
-    /// Through what sensors see: `C` and `V` along a trajectory held fixed.
+    /// From the sensors: `C` and `V` along a trajectory held fixed.
     pub sensors_bits: f64,
-    /// Through how uncertainty spreads: `A`, `W` and `X_0` along a trajectory held fixed.
+    /// From the propagation of uncertainty: `A`, `W` and `X_0` along a trajectory held fixed.
     pub uncertainty_bits: f64,
-    /// Through how the plan moves.
+    /// From changes of the plan.
     pub plan_bits: f64,
-    /// Through jumps between local minima: of plans on the way, and from where the second design's plan ends at the first
-    /// design to the plan that design has; and what the integrals leave.
+    /// From jumps between local minima: of plans along the path, and from the second design's plan, continued to the first
+    /// design, to the plan of that design; plus the integration error.
     #[serde(alias = "leaps_bits")]
     pub jumps_bits: f64,
     /// Designs evaluated on the way.
     pub evaluations: usize,
 }
 
-/// What the parts may leave of the change, as a share of it, before intervals are halved: less than anyone prints.
+/// Largest share of the change that the parts may leave unexplained without halving intervals: below display precision.
 const LEFT: f64 = 1e-5;
-/// Intervals at most.
+/// Maximum number of intervals.
 const MOST_INTERVALS: usize = 64;
-/// The shortest interval that is halved: what is left of one so short is a jump.
+/// Intervals up to this length are not halved: what remains unexplained in such a short one is a jump.
 const SHORTEST: f64 = 1e-3;
-/// A change of less is none, nats.
+/// Smallest change to which the tolerance is relative, nats.
 const NOTHING: f64 = 1e-3;
 /// Gauss and Legendre's nodes and weights on 0 to 1.
 const NODES: [(f64, f64); 5] = [
@@ -50,15 +50,15 @@ const NODES: [(f64, f64); 5] = [
 impl Problem {
     /// Splits the change of each task's measured information between two designs, along the straight path between them in
     /// the coordinates of the search. The first design is given with the measured information of each task, nats, and the
-    /// second one with the controls of each task's plan, which is followed from there.
+    /// second one with the controls of each task's plan, from which plans are continued along the path.
     ///
     /// # Errors
-    /// Where a plan on the way cannot be made, or has no total gradient.
+    /// If a plan on the path cannot be computed, or has no total gradient.
     pub fn split(&self, from: (&[f64], &[f64]), to: (&[f64], &[Matrices])) -> Result<Vec<Split>, Error> {
         self.split_watched(from, to, &|_, _| {})
     }
 
-    /// The same, and tells how far it is: the index of a task, and the share of its path that is done.
+    /// The same, and reports progress: the index of a task, and the share of its path that is done.
     ///
     /// # Errors
     /// As [`split`](Self::split).
@@ -88,7 +88,7 @@ struct Path<'a> {
     from: &'a [f64],
     to: &'a [f64],
     state: TaskState,
-    /// Where the plan of the state is on the path, from 0 to 1.
+    /// Position of the state's plan on the path, from 0 to 1.
     place: f64,
     evaluations: usize,
 }
@@ -109,7 +109,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Goes to a place, with the plan; the information there, nats.
+    /// Continues the plan to a position on the path; returns the information there, nats.
     fn go(&mut self, place: f64) -> Result<f64, Error> {
         let (here, there) = (self.at(self.place), self.at(place));
         let controls = self.state.plan.trajectory.controls.clone();
@@ -120,7 +120,7 @@ impl<'a> Path<'a> {
         Ok(self.state.information.total)
     }
 
-    /// Slopes of the parts along the path where the state is: sensors, uncertainty, plan.
+    /// Slopes of the parts along the path at the current position: sensors, uncertainty, plan.
     fn slopes(&mut self) -> Result<[f64; 3], Error> {
         let phi = self.at(self.place);
         let mut total = Vec::new();
@@ -132,13 +132,13 @@ impl<'a> Path<'a> {
         Ok([sensors, uncertainty, total - sensors - uncertainty])
     }
 
-    /// `first` is the information of the plan at the first design, nats, and `controls` are those of that at the second one.
+    /// `first` is the information of the plan at the first design, nats, and `controls` are those of the plan at the second.
     fn split(mut self, first: f64, controls: &Matrices, tell: &dyn Fn(f64)) -> Result<Split, Error> {
         self.state.evaluate(self.task, self.to, &self.problem.planning, Some(controls))?;
         let end = self.state.information.total;
         let total = end - first;
         let (mut parts, mut left) = ([0.0; 3], end);
-        // From the end to the start, in intervals each of which is halved until its parts add up.
+        // From the end to the start, in intervals, each halved until its parts add up.
         let mut intervals = vec![(0.0, 1.0)];
         let mut count = 0;
         while let Some((start, stop)) = intervals.pop() {

@@ -24,7 +24,7 @@ impl Optimiser for Sqp {
         let objective = |x: &[f64], gradient: Option<&mut [f64]>, _: &mut ()| {
             let mut problem = shared.borrow_mut();
             let Some(at) = problem.at(x) else { return f64::NAN };
-            // SLSQP asks for gradients at full steps, which it tries first, and where a line search ended that it had to
+            // SLSQP requests gradients at full steps, which it tries first, and at the end of a line search, if it had to
             // make.
             if let Some(gradient) = gradient {
                 let is_trial = problem.is_new();

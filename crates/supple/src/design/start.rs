@@ -26,7 +26,7 @@ impl Searcher<'_> {
         self.check()?;
         let clock = Instant::now();
         let run = |start: usize| {
-            // The first start is always made: it is what there is to show.
+            // The first start is always run, so that there is a result.
             (start == 0 || !control.is_stopped()).then(|| self.run_start(phi, start))
         };
         let starts: Vec<StartSummary> = (0..settings.starts).into_par_iter().filter_map(run).collect();
@@ -43,8 +43,8 @@ impl Searcher<'_> {
         Ok(self.run_start(phi, start))
     }
 
-    /// The best of starts, in their order, wherever they were searched from in `seconds`, once the plans at the end of each
-    /// were tried where the others ended. Starts that were stopped before they evaluated a design are left out.
+    /// The best of given starts, in order, wherever they were run in `seconds`, after the final plans of each were tried
+    /// at the final designs of the others. Starts that were stopped before they evaluated a design are left out.
     ///
     /// # Errors
     /// Where none of them could be evaluated.
@@ -99,7 +99,7 @@ impl Searcher<'_> {
         }
     }
 
-    /// Says of a design whose plans are known whether it is an optimum, without a search.
+    /// Assesses whether a design whose plans are known is an optimum, without a search.
     ///
     /// # Errors
     /// Where it cannot be evaluated.
@@ -142,7 +142,7 @@ impl Searcher<'_> {
     }
 }
 
-/// A random point of the box, in scaled coordinates; the stream belongs to the start.
+/// A random point of the box, in scaled coordinates; each start has its own random stream.
 fn random_start(scaling: &Scaling, phi: &[f64], seed: u64, start: usize) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream((1 << 32) + start as u64);

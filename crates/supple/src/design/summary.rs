@@ -1,4 +1,4 @@
-//! How the search from one start went.
+//! Summary of the search from one start.
 
 use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
@@ -26,7 +26,7 @@ pub enum DesignStatus {
 }
 
 impl DesignStatus {
-    /// Whether the design that was found meets every bound and the budget, with plans that converged.
+    /// Whether the design found meets every bound and the budget, with plans that converged.
     pub fn meets_bounds(self) -> bool {
         self != Self::BoundViolated
     }
@@ -44,7 +44,7 @@ impl std::fmt::Display for DesignStatus {
     }
 }
 
-/// How the search from one start went.
+/// Summary of the search from one start.
 #[derive(Clone, Debug)]
 pub struct StartSummary {
     /// All parameters where it started.
@@ -53,29 +53,29 @@ pub struct StartSummary {
     pub to: Vec<f64>,
     /// How it ended.
     pub status: DesignStatus,
-    /// How often nothing was left of what was minimised, and the search went on to the next kind of information.
+    /// How many times the minimised information reached zero, so that the search continued with the next kind.
     pub passed: usize,
-    /// The information there, nats, of the kind that was minimised last.
+    /// Information at the end, nats, of the kind that was minimised last.
     pub information: f64,
-    /// The objective there: information, and price with its weight, nats.
+    /// Objective at the end: information plus weighted price, nats.
     pub objective: f64,
-    /// The sum of the parameters' prices there.
+    /// Sum of the parameters' prices at the end.
     pub price: f64,
-    /// How far that is above the budget, relative to it; negative infinity where there is none.
+    /// How far that is above the budget, relative to it; negative infinity if there is no budget.
     pub overspent: f64,
-    /// What a unit more of budget would save in nats (its Lagrange multiplier); 0 where some bound is not met.
+    /// Nats saved per unit increase in the budget (its Lagrange multiplier); 0 if some bound is not met.
     pub budget_multiplier: f64,
-    /// Expected cost of each task there.
+    /// Expected cost of each task at the end.
     pub costs: Vec<f64>,
     /// How far the worst task is above its bound, relative to it; negative below.
     pub violation: f64,
     /// First-order optimality: the largest entry of the projected Lagrangian gradient in scaled coordinates, relative
     /// to the objective's gradient.
     pub optimality: f64,
-    /// Price of each task's bound: what a unit more of bound would save in nats (its Lagrange multiplier); 0 where some
+    /// Shadow price of each task's bound: nats saved per unit increase (its Lagrange multiplier); 0 if some
     /// bound is not met.
     pub multipliers: Vec<f64>,
-    /// Different local minima of the plans seen at the end, over all tasks.
+    /// Number of different local minima of plans found at the final design, summed over tasks.
     pub branches: usize,
     /// Designs evaluated.
     pub evaluations: usize,
@@ -83,12 +83,12 @@ pub struct StartSummary {
     pub without_contact: usize,
     /// Controls of each task's plan at the end.
     pub controls: Vec<Matrices>,
-    /// Why a design could not be evaluated, where that ended the search; what was found until then stands.
+    /// Why a design could not be evaluated, where that ended the search; what was found before remains valid.
     pub error: Option<Error>,
 }
 
 impl StartSummary {
-    /// Of a search that has not found anything yet.
+    /// The summary of a search that has not found anything yet.
     pub(crate) fn new(from: Vec<f64>) -> Self {
         Self {
             to: from.clone(),
@@ -112,14 +112,14 @@ impl StartSummary {
         }
     }
 
-    /// Notes that the search was stopped after the end that is known.
+    /// Records that the search was stopped after the result known so far.
     pub(crate) fn stop(&mut self) {
         if self.status.meets_bounds() {
             self.status = DesignStatus::Stopped;
         }
     }
 
-    /// Notes where a search ended.
+    /// Records where a search ended.
     pub(crate) fn record(&mut self, at: &Visit, visitor: &Visitor, ending: Ending) {
         let met = visitor.aim.is_met(at, visitor.settings.feasibility);
         let (optimality, mut multipliers) = optimality(at, visitor);

@@ -13,22 +13,22 @@ use crate::problem::{Problem, Task};
 use crate::settings::InformationWeights;
 use crate::touching::misses_contact;
 
-/// How many iterations of a plan a total gradient takes as long as.
+/// Computing time of a total gradient, in planning iterations.
 const GRADIENT_EFFORT: usize = 3;
 
-/// By how much finer steps are where a plan seems to have left its branch.
+/// Factor by which continuation steps are refined if a plan seems to have left its branch.
 const FINER: usize = 8;
 
 /// What is minimised.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weighed {
     pub weights: InformationWeights,
-    /// Whether tasks are to stay within their bounds without measurements: a search for what is needed that found that
-    /// nothing is goes on among designs of which that is true.
+    /// Whether tasks must stay within their bounds without measurements: once a search finds that no information is needed,
+    /// it continues among designs for which that holds.
     pub needs_nothing: bool,
 }
 
-/// Everything known of a task at a design whose plan is in `state`, with gradients of the given kind.
+/// Results of a task at a design whose plan is in `state`, with gradients of the given kind.
 fn task_visit(
     task: &Task,
     phi: &[f64],
@@ -91,7 +91,7 @@ impl<'a> Visitor<'a> {
         Self { problem, settings, aim, weighed, scaling, visits: Vec::new(), states }
     }
 
-    /// Iterations of all plans so far, a gradient counting as much as some of them.
+    /// Computing effort so far, in planning iterations; each gradient counts as several.
     pub fn effort(&self) -> usize {
         let plans: usize = self.states.iter().map(|state| state.effort).sum();
         plans + GRADIENT_EFFORT * self.visits.len() * self.states.len()
@@ -103,8 +103,8 @@ impl<'a> Visitor<'a> {
         self.visit_from(phi.to_vec(), (phi, controls.iter().collect()), None)
     }
 
-    /// Where a design needs nothing, minimises other information from now on, among designs that need nothing either, and
-    /// says so.
+    /// If a design needs no information, minimises other information from now on, among designs that need none either, and
+    /// returns `true`.
     pub fn stays_where_nothing_is_needed(&mut self, at: &Visit, others: InformationWeights) -> Result<bool, Error> {
         let before = std::mem::replace(&mut self.weighed, Weighed { weights: others, needs_nothing: true });
         let visits = std::mem::take(&mut self.visits);
@@ -124,7 +124,7 @@ impl<'a> Visitor<'a> {
             return Ok(&self.visits[known]);
         }
         let distance = |visit: &Visit| visit.scaled.iter().zip(scaled).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-        // Of equally near ones the latest, whose plan is on the branch in use.
+        // Among equally near visits take the latest, whose plan is on the current branch.
         let Some(nearest) = self.visits.iter().rev().min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
             return Err(Error::NotFinite { what: "the first design", step: 0 });
         };
@@ -132,13 +132,13 @@ impl<'a> Visitor<'a> {
         let nearest = nearest.clone();
         let controls = nearest.tasks.iter().map(|task| &task.controls).collect();
         self.visit_from(phi, (&nearest.phi, controls), Some(&nearest))?;
-        // Clamping may move the coordinates by rounding; keep those asked for.
+        // Clamping may move the coordinates by rounding; keep the requested ones.
         let last = self.visits.len() - 1;
         self.visits[last].scaled = scaled.to_vec();
         Ok(&self.visits[last])
     }
 
-    /// The same visit with total gradients, whatever the settings ask for; some kinds of plans have none.
+    /// The same visit with total gradients, whatever the settings; unchanged if its kind of plan has none.
     pub fn with_total_gradient(&mut self, visit: &Visit) -> Result<Visit, Error> {
         let has_one = self.problem.planning.plan.has_total_gradient();
         if self.settings.gradient == GradientKind::Total || !has_one {
@@ -153,7 +153,7 @@ impl<'a> Visitor<'a> {
         Ok(Visit { tasks: tasks.collect::<Result<_, _>>()?, ..visit.clone() })
     }
 
-    /// Visits a design, continuing plans of another, of which more may be known.
+    /// Visits a design, continuing the plans of another one, whose visit may be given too.
     fn visit_from(
         &mut self,
         phi: Vec<f64>,
@@ -175,14 +175,14 @@ impl<'a> Visitor<'a> {
             if !(total && known.is_some_and(leaves)) {
                 return Ok::<_, Error>(found);
             }
-            // A worse branch than the one it came from: carefully once more, and the better of both.
+            // The plan jumped to a worse branch: retry with finer steps, and keep the better plan.
             Ok(match visit(FINER, &mut TaskState::new(task)) {
                 Ok(finer) if finer.converged && finer.cost < found.cost => finer,
                 _ => found,
             })
         });
         let tasks: Result<Vec<_>, _> = tasks.collect();
-        // What was cut short is no visit.
+        // An interrupted evaluation is not a visit.
         Error::check_stop()?;
         let tasks = tasks?;
         let price = PriceVisit::of(problem, settings, &phi);
@@ -203,7 +203,7 @@ mod tests {
     use super::*;
     use crate::branches::best_of_guesses;
 
-    /// Two masses that press on a wall, with stiffnesses to design and cheap, poor sensors.
+    /// Two masses that press on a wall, with stiffnesses to design and inaccurate sensors.
     fn two_masses() -> Problem {
         let number = Value::Number;
         let mut parameters = Parameters::default();
@@ -237,7 +237,7 @@ mod tests {
         Problem::new("", parameters, vec![task])
     }
 
-    /// A plan taken over from 355 N/m to 384 N/m at once falls to a worse branch, of a cost of some 310.
+    /// A plan continued from 355 N/m to 384 N/m in one step jumps to a worse branch, with a cost of about 310.
     #[test]
     fn a_plan_that_falls_off_its_branch_is_led_there_in_finer_steps() {
         let problem = two_masses();

@@ -1,4 +1,4 @@
-//! What is known at visited designs.
+//! Results at visited designs.
 
 use supple_kernels::Matrices;
 
@@ -7,8 +7,8 @@ use crate::continuation::{Scaling, largest_difference};
 use crate::problem::Problem;
 use crate::violation;
 
-/// A cost above that of the mean slope by more than this share of the slopes is on another branch: a parabola is not
-/// above it at all.
+/// A cost that exceeds the extrapolation with the mean slope by more than this share of the slopes is on another branch; a
+/// parabola matches that extrapolation exactly.
 const SURPRISE: f64 = 0.25;
 
 /// Beyond this distance in scaled coordinates, slopes cannot detect branch changes.
@@ -30,13 +30,13 @@ pub(crate) struct TaskVisit {
     pub cost_gradient: Vec<f64>,
     /// Its bound, where it has one.
     pub bound: Option<f64>,
-    /// Its derivative by each parameter that it depends on.
+    /// Derivative of the bound by each parameter on which it depends.
     pub bound_slopes: Vec<(usize, f64)>,
-    /// The cost without measurements, and gradient by all parameters, where that is to stay within the bound.
+    /// The cost without measurements, and gradient by all parameters, if it must stay within the bound.
     pub unmeasured: Option<(f64, Vec<f64>)>,
     /// Whether its plan converged.
     pub converged: bool,
-    /// Whether its plan never touches a contact from which a cost wants a force.
+    /// Whether its plan never makes a contact whose force a cost tracks.
     pub misses_contact: bool,
 }
 
@@ -46,9 +46,9 @@ pub(crate) struct PriceVisit {
     /// The sum of their prices, and gradient by all parameters.
     pub total: f64,
     pub gradient: Vec<f64>,
-    /// Nats that a unit counts as.
+    /// Weight of one unit of price, nats.
     pub weight: f64,
-    /// What the sum may be at most.
+    /// Upper limit on the sum.
     pub budget: Option<f64>,
 }
 
@@ -112,8 +112,8 @@ impl Visit {
         self.tasks.iter().filter_map(TaskVisit::violation).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// How far the design is above the worst bound of a task or the budget, relative to that; with or without measurements,
-    /// where it is to stay within bounds without.
+    /// The largest relative excess over a task's bound or the budget, including costs without measurements if these
+    /// must stay within bounds.
     pub fn excess(&self) -> f64 {
         let unmeasured = self.tasks.iter().filter_map(TaskVisit::unmeasured_violation);
         let budget = self.price.violation();
@@ -130,7 +130,7 @@ impl Visit {
         self.price.violation().is_none_or(|violation| violation <= feasibility)
     }
 
-    /// Whether any plan never touches a contact from which a cost wants a force.
+    /// Whether any plan never makes a contact whose force a cost tracks.
     pub fn misses_contact(&self) -> bool {
         self.tasks.iter().any(|task| task.misses_contact)
     }
@@ -142,8 +142,8 @@ impl Visit {
 }
 
 impl TaskVisit {
-    /// Whether the cost at a design is so far above what the slopes there and at this one tell that its plan seems to
-    /// be on another branch.
+    /// Whether the cost at a design is so far above the extrapolation by slopes there and at this one that its plan seems
+    /// to be on another branch.
     pub fn leads_up_to(&self, other: &Self, scaling: &Scaling, (from, to): (&[f64], &[f64])) -> bool {
         let (start, end) = (scaling.scaled(from), scaling.scaled(to));
         let along = |at: &[f64], gradient: &[f64]| scaling.slope_along((&start, &end), at, gradient);
@@ -158,7 +158,7 @@ impl TaskVisit {
         self.bound.map(|bound| violation(self.cost, bound))
     }
 
-    /// The same of the cost without measurements, where that is to stay within the bound.
+    /// The same for the cost without measurements, if it must stay within the bound.
     pub fn unmeasured_violation(&self) -> Option<f64> {
         self.bound.zip(self.unmeasured.as_ref()).map(|(bound, (cost, _))| violation(*cost, bound))
     }
@@ -168,14 +168,14 @@ impl TaskVisit {
         self.less_bound(&self.cost_gradient, share)
     }
 
-    /// The gradient of the cost without measurements above the bound, where it is to stay within that.
+    /// The gradient of the cost without measurements minus the bound, if it must stay within the bound.
     pub fn unmeasured_gradient(&self) -> Option<Vec<f64>> {
         self.unmeasured.as_ref().map(|(_, gradient)| self.less_bound(gradient, 1.0))
     }
 
     fn less_bound(&self, gradient: &[f64], share: f64) -> Vec<f64> {
         let mut gradient = gradient.to_vec();
-        // A bound that is itself a parameter moves too.
+        // A bound that depends on parameters changes with them.
         for &(parameter, slope) in &self.bound_slopes {
             gradient[parameter] -= share * slope;
         }

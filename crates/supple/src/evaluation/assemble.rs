@@ -1,4 +1,4 @@
-//! Reports from what is known of a task at a design.
+//! Assembles reports from the results of a task at a design.
 
 use supple_lqg::bound::Needed;
 use supple_lqg::{Horizon, control_information, entropy_form, paper_form};
@@ -48,8 +48,8 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
     })
 }
 
-/// Adds the least information over a plan's horizon, or why it was not found: at plans that are no optima, and beyond what
-/// rounding allows. Unless it counts in what is minimised, it is left out too where it takes long.
+/// Adds the minimum information over a plan's horizon, or why it was not found: for plans that are not optima, or if
+/// rounding prevents it. It is also skipped if it would take long, unless it is part of the objective.
 pub(super) fn add_needed(
     (task, phi): (&Task, &[f64]),
     counts: bool,
@@ -82,7 +82,7 @@ fn control_report(state: &TaskState) -> Result<ControlInformation, Error> {
     Ok(ControlInformation { total_nats, total_bits, bits_per_step, per_step_nats })
 }
 
-/// Runs that are kept beside the first one, at most, and numbers of all of their states.
+/// Maximum number of runs kept in addition to the first one, and maximum count of their state values in all.
 const MOST_THREADS: usize = 20;
 const MOST_NUMBERS: usize = 60_000;
 

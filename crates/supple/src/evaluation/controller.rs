@@ -5,17 +5,17 @@ use crate::plan::Plan;
 
 /// How much a controller changes over time: the paper's measure of its complexity (theory, equations P.8 and P.9).
 ///
-/// Gains of a constant linear controller have the variation 0. Entries of different units are added as they are, so the
+/// The gains of a constant linear controller have zero variance. Entries of different units are added as they are, so the
 /// variances compare designs of one task only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ControllerReport {
     /// Temporal variance of the feedback gains: the mean over time of `|K_t - mean K|^2` (Frobenius).
     pub feedback_variance: f64,
-    /// Its root over the root mean square of `|K_t|`: from 0 to 1.
+    /// Its square root divided by the root mean square of `|K_t|`: from 0 to 1.
     pub feedback_variation: f64,
     /// Temporal variance of the feedforward: the mean over time of `|u_t - mean u|^2`.
     pub feedforward_variance: f64,
-    /// Its root over the root mean square of `|u_t|`: from 0 to 1.
+    /// Its square root divided by the root mean square of `|u_t|`: from 0 to 1.
     pub feedforward_variation: f64,
 }
 

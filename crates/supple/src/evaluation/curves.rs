@@ -19,7 +19,7 @@ pub struct ContactCurve {
     pub force: Vec<f64>,
     /// Clearance along the plan, m; negative where the body is inside.
     pub clearance_m: Vec<f64>,
-    /// Whether it touches there: see [`ContactState::touches`].
+    /// Whether it touches at each state: see [`ContactState::touches`].
     pub touches: Vec<bool>,
     /// Normal force along the run, N.
     #[serde(rename = "run_force_N")]
@@ -33,7 +33,7 @@ pub struct ContactCurve {
 pub struct CostCurve {
     /// Its place among the task's costs, from 1, and its kind: `2 contact_force`.
     pub name: String,
-    /// What it adds at each step, N of them, and at the end.
+    /// Its contribution at each step, N of them, and at the end.
     pub per_step: Vec<f64>,
 }
 
@@ -100,7 +100,7 @@ fn along_plan(task: &Task, phi: &[f64], plan: &Trajectory, numbers: &[FollowedNu
     follow((task, phi), (&states, &controls), numbers)
 }
 
-/// Each number over time, without the end where it depends on the control.
+/// Each quantity over time; without the final state if it depends on the control.
 fn follow(
     (task, phi): (&Task, &[f64]),
     (states, controls): (&[&[f64]], &[&[f64]]),
@@ -140,7 +140,7 @@ pub(super) fn contact_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: &
     planned.into_iter().zip(ran).map(curve).collect()
 }
 
-/// The terms of a task's cost along its plan; empty where the system has only one.
+/// The terms of a task's cost along its plan; empty if the system has only one term.
 pub(super) fn cost_curves(task: &Task, phi: &[f64], plan: &Trajectory) -> Vec<CostCurve> {
     let names = task.system.cost_names();
     let mut curves: Vec<CostCurve> = names.into_iter().map(|name| CostCurve { name, per_step: Vec::new() }).collect();

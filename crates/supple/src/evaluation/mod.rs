@@ -1,4 +1,4 @@
-//! One design, evaluated: what `supple evaluate` prints and files hold.
+//! Evaluation of one design: what `supple evaluate` prints and result files hold.
 
 use supple_kernels::Matrices;
 use supple_lqg::recursion_radius;
@@ -40,21 +40,21 @@ pub use trouble::{number_warnings, plan_warnings};
 use trust::Predicted;
 pub use trust::{Trust, Verdict};
 
-/// What to find beside information and cost.
+/// What to compute in addition to information and cost.
 #[derive(Clone, Debug, Default)]
 pub struct EvaluateOptions {
     /// Total gradients: plan, feedback and filter all vary.
     pub total_gradient: bool,
     /// Gradients with the trajectory frozen, and the spectral radius of their recursion.
     pub frozen_gradient: bool,
-    /// The least information that any sensors and any controller need, where it takes no longer than some seconds or
-    /// counts in the objective.
+    /// The least information that any sensors and any controller need, if that takes no more than a few seconds or
+    /// is part of the objective.
     pub needed: bool,
     /// Closed-loop roll-outs.
     pub rollouts: usize,
     /// Seed of roll-outs and branch searches.
     pub seed: u64,
-    /// Attempts to find a plan of lower cost on another branch, by continuation from designs around.
+    /// Attempts to find a plan of lower cost on another branch, by continuation from nearby designs.
     pub branches: usize,
     /// Controls to start each task's plan from, instead of its first guess.
     pub controls: Option<Vec<Matrices>>,
@@ -62,19 +62,19 @@ pub struct EvaluateOptions {
     pub trajectories: bool,
     /// The objective; default: that of the problem's design settings.
     pub information: Option<InformationWeights>,
-    /// How far above its bound an expected cost may be, relative to the bound; that of the problem's design settings
-    /// where it is not given.
+    /// How far above its bound an expected cost may be, relative to the bound; default: that of the problem's
+    /// design settings.
     pub feasibility: Option<f64>,
 }
 
 impl EvaluateOptions {
-    /// What the objective is.
+    /// The objective.
     fn weights(&self, problem: &Problem) -> InformationWeights {
         self.information.unwrap_or(problem.design.information)
     }
 }
 
-/// Attempts on other branches at most.
+/// Maximum number of attempts on other branches.
 const MOST_BRANCHES: usize = 10_000;
 
 impl Problem {
@@ -129,7 +129,7 @@ fn evaluate_task(
 ) -> Result<TaskEvaluation, Error> {
     let attempts = Attempts { count: options.branches, seed: options.seed };
     let branches = plan_at(problem, task, phi, controls, attempts, state)?;
-    // A plan that was cut short is none.
+    // An interrupted plan is not a result.
     Error::check_stop()?;
     let gradient = gradients(problem, task, phi, options, state)?;
     Error::check_stop()?;

@@ -10,13 +10,13 @@ pub struct LimitReached {
     pub name: String,
     /// The limit, in its unit.
     pub limit: f64,
-    /// Whether it is the most that the number may be, and otherwise the least.
+    /// Whether it is an upper limit; otherwise it is a lower one.
     pub upper: bool,
     /// The first step at which the plan is held there.
     pub step: usize,
-    /// At how many steps it is.
+    /// Number of steps at which the plan is held there.
     pub steps: usize,
-    /// How much the nominal cost falls with each unit by which the limit is wider: the sum of its multipliers.
+    /// Decrease in nominal cost per unit by which the limit is widened: the sum of its multipliers.
     pub price: f64,
 }
 

@@ -24,7 +24,7 @@ use crate::{CostParts, FEASIBILITY, meets};
 pub struct Evaluation {
     /// All parameters.
     pub parameters: Named,
-    /// What designs minimise.
+    /// The objective that designs minimise.
     pub objective: Objective,
     /// Whether every plan converged, every task meets its bound and the price the budget, to a share `feasibility` of
     /// it.
@@ -56,7 +56,7 @@ impl Evaluation {
         price.budget.filter(|&budget| !meets(price.total, Some(budget), self.feasibility))
     }
 
-    /// What [`feasible`](Self::feasible) says.
+    /// Computes [`feasible`](Self::feasible).
     pub(super) fn is_feasible(&self) -> bool {
         let met = |task: &TaskEvaluation| {
             let finite = task.information.total_nats.is_finite();
@@ -65,7 +65,7 @@ impl Evaluation {
         self.exceeded_budget().is_none() && self.tasks.iter().all(met)
     }
 
-    /// Why its numbers cannot be trusted, of all tasks; nothing where all is well.
+    /// Why its numbers cannot be trusted, over all tasks; empty if there are no warnings.
     pub fn warnings(&self) -> impl Iterator<Item = &str> {
         self.tasks.iter().flat_map(|task| &task.warnings).map(String::as_str)
     }
@@ -77,7 +77,7 @@ impl Evaluation {
     }
 }
 
-/// What designs minimise: the weighted sum of the tasks' information; prices are beside it.
+/// What designs minimise: the weighted sum of the tasks' information; prices are separate.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Objective {
     /// In nats.
@@ -118,7 +118,7 @@ pub struct TaskEvaluation {
     /// What its plan touches: every contact of the model; empty in results of versions that did not report contacts.
     #[serde(default)]
     pub contacts: Vec<ContactReport>,
-    /// Why its numbers cannot be trusted, for people: a cost wants a force from a contact that the plan never touches.
+    /// Why its numbers cannot be trusted, for example a cost that tracks a force at a contact that the plan never makes.
     #[serde(default)]
     pub warnings: Vec<String>,
     /// Whether the time step is short enough.
@@ -135,7 +135,7 @@ pub struct TaskEvaluation {
     /// Its cost in closed loop.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monte_carlo: Option<MonteCarlo>,
-    /// Whether its predictions hold there.
+    /// Whether its predictions hold in closed loop.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trust: Option<Trust>,
     /// Its trajectory.
@@ -150,7 +150,7 @@ impl TaskEvaluation {
         self.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken)
     }
 
-    /// The cost limit, where roll-outs cost more than it by more than chance: their 95 % interval lies above.
+    /// The cost limit, if roll-outs exceed it significantly: their 95 % interval lies above it.
     #[must_use]
     pub fn limit_exceeded_in_rollouts(&self) -> Option<f64> {
         let [low, _] = self.monte_carlo.as_ref()?.cost_interval_95?;
@@ -169,7 +169,7 @@ pub struct CostReport {
     pub parts: CostParts,
     /// The bound.
     pub bound: Option<f64>,
-    /// `1/2 Tr(Xi_t Sigma_t)` per step: the value of information times what is not known.
+    /// `1/2 Tr(Xi_t Sigma_t)` per step: the value of information times the estimation error.
     pub belief_per_step: Vec<f64>,
     /// `Tr(Xi_t)` per step.
     pub value_of_information_per_step: Vec<f64>,
@@ -193,24 +193,24 @@ pub struct InformationReport {
     pub paper_form_nats: Option<f64>,
     /// Nats at each measurement.
     pub per_step_nats: Vec<f64>,
-    /// What any sensors and any controller would need at the least to keep the cost; `None` if it was not asked for or
+    /// Minimum over all sensors and controllers that meet the cost limit; `None` if it was not requested or
     /// not found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needed: Option<NeededInformation>,
-    /// Whether `needed` was left out as it takes long to find: with many states, memory grows by the fourth power of
-    /// their number and time by the sixth.
+    /// Whether `needed` was skipped because it would take too long: memory grows with the fourth power of the number of
+    /// states, and time with the sixth.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub needed_takes_long: bool,
-    /// Why `needed` was not found, where it was looked for.
+    /// Why `needed` was not found, if it was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needed_not_found: Option<String>,
-    /// The part that reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
+    /// The information that the controller uses, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control: Option<ControlInformation>,
 }
 
 impl InformationReport {
-    /// A sum by weights, nats; what was not found counts 0.
+    /// Weighted sum, nats; parts that were not found count as 0.
     #[must_use]
     pub fn weighted_nats(&self, weights: InformationWeights) -> f64 {
         let part = |weight: f64, nats: Option<f64>| if weight == 0.0 { 0.0 } else { weight * nats.unwrap_or(0.0) };
@@ -229,10 +229,10 @@ pub struct NeededInformation {
     pub total_nats: f64,
     /// The same in bits.
     pub total_bits: f64,
-    /// What it is not below, bits: the value of a dual point, of which rounding is not excluded (`supple bound` proves
-    /// its own).
+    /// Lower bound, bits: the value of a dual point, not protected against rounding errors (`supple bound` proves
+    /// its own bound).
     pub lower_bits: f64,
-    /// The expected cost that is kept: the bound of the task, or the plan's own where there is none or it is out of
+    /// The expected cost that is met: the bound of the task, or the plan's own cost if there is no bound or it is out of
     /// reach.
     pub cost: f64,
 }
@@ -314,13 +314,13 @@ pub struct TrajectoryReport {
     pub deviations: Vec<Vec<f64>>,
     /// Controls, one row per step.
     pub controls: Vec<Vec<f64>>,
-    /// Feedforward that the control law adds to them, one row per step: zero but for rounding where the plan is
-    /// stationary. Empty in results of versions that did not keep it.
+    /// Feedforward that the control law adds to the controls, one row per step: zero but for rounding where the plan is
+    /// stationary. Empty in results of versions that did not store it.
     #[serde(default)]
     pub feedforward: Vec<Vec<f64>>,
     /// Feedback gains, one m x n matrix per step.
     pub feedback: Vec<Vec<Vec<f64>>>,
-    /// What each measurement gives.
+    /// Information from each measurement.
     pub measurements: Vec<MeasurementReport>,
     /// One run in closed loop, with noise and a filter.
     pub sample: Sample,
@@ -337,7 +337,7 @@ pub struct TrajectoryReport {
     /// not keep them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub quantities: Vec<QuantityCurve>,
-    /// What it looks like; none for models that cannot be drawn.
+    /// Scene to draw; none for models that cannot be drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<Scene>,
 }

@@ -5,14 +5,14 @@ use supple_kernels::{Job, Lanes, Matrices, dispatch, math};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 
-/// What one measurement gives over time (theory, section I).
+/// Information and benefit of one measurement over time (theory, section I).
 ///
-/// Information of several measurements is not the sum of what each gives alone: what they share counts in each.
+/// Information of several measurements is not the sum of each alone: shared information is counted in each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementReport {
     /// Its name.
     pub name: String,
-    /// Nats that it would give at each step if the others were not read at that step (equation I.9).
+    /// Nats that it would deliver at each step if the others were not read at that step (equation I.9).
     pub alone_nats: Vec<f64>,
     /// Nats that it adds at each step to those of the others (equation I.10).
     pub beyond_others_nats: Vec<f64>,
@@ -42,10 +42,10 @@ pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementRep
     reports
 }
 
-/// What each measurement gives at every step.
+/// Information and benefit of each measurement at every step.
 struct AlongPlan<'a> {
     state: &'a TaskState,
-    /// Whether noises of measurements are.
+    /// Whether the noises of the measurements are independent.
     independent: bool,
     reports: &'a mut [MeasurementReport],
 }
@@ -114,7 +114,7 @@ impl Work {
         innovation
     }
 
-    /// What each measurement sees of the belief, and the value of knowing that.
+    /// Projects the belief's covariance onto each measurement, and multiplies it by the value of information.
     #[inline(always)]
     fn weigh<L: Lanes>(&mut self, c: &[f64], corrected: &[f64], xi: &[f64]) {
         let n = self.seen.cols();
@@ -139,7 +139,7 @@ fn multiply<L: Lanes>(out: &mut Matrices, left: &[f64], right: &[f64], n: usize)
     product.set::<L, Medium>(ViewMut::new(out.as_mut_slice(), width));
 }
 
-/// The diagonal of the inverse of one of these positive definite matrices, `L L'`: the columns of `L^-1`, squared and
+/// The diagonal of the inverse of such a positive definite matrix `L L'`: the squared columns of `L^-1`,
 /// summed. `None` if it is not positive definite.
 fn inverse_diagonal(matrix: &Matrices, index: usize) -> Option<Vec<f64>> {
     let (n, stride) = (matrix.rows(), matrix.stride());

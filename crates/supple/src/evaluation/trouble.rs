@@ -3,7 +3,7 @@ use crate::plan::Plan;
 use crate::problem::Task;
 use crate::simulate::MonteCarlo;
 
-/// Why a plan should not be trusted, in words: how its search ended where it did not converge, with the step and the
+/// Why a plan should not be trusted, in words: if it did not converge, how its search ended, with the step and the
 /// control where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
 #[must_use]
 pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
@@ -21,7 +21,7 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     warnings
 }
 
-/// Why the numbers of a task are of no use: information or a part of the expected cost is not finite, or roll-outs
+/// Why the numbers of a task are unusable: information or a part of the expected cost is not finite, or roll-outs
 /// diverged.
 #[must_use]
 pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCarlo>) -> Vec<String> {

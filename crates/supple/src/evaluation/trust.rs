@@ -11,11 +11,11 @@ use crate::simulate::{Consistency, Estimate, FinerSteps, MonteCarlo};
 
 /// Differences below this share of a prediction do not matter.
 const TOLERATED: f64 = 0.1;
-/// Bits below which differences do not matter either.
+/// Differences below this many bits do not matter either.
 const TOLERATED_BITS: f64 = 0.5;
 /// Standard errors by which a sampled mean may be off by chance.
 const CHANCE: f64 = 3.0;
-/// Factor on the roll-outs that are advised: their spread is known from a sample only.
+/// Margin on the recommended number of roll-outs, because their spread is only estimated from a sample.
 const MORE: f64 = 1.2;
 /// How far the filter's consistency may be from 1.
 const INCONSISTENT: f64 = 0.2;
@@ -28,20 +28,20 @@ const TOUCHING: f64 = 0.9;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Trust {
-    /// In a word.
+    /// The verdict.
     pub verdict: Verdict,
     /// What was found, and what to try; nothing where the linearisation holds.
     pub reasons: Vec<String>,
     /// Where there are too few roll-outs to tell, which is then one of the reasons: about how many are needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rollouts_needed: Option<usize>,
-    /// Where roll-outs do something else on finer steps, which is then one of the reasons: the sub-steps of the model to
+    /// If roll-outs behave differently on finer steps, which is then one of the reasons: the sub-steps of the model to
     /// try.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub substeps_advised: Option<usize>,
 }
 
-/// Whether the linearisation holds from which information and expected cost are computed.
+/// Whether the linearisation used to compute information and expected cost is valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -74,18 +74,18 @@ impl fmt::Display for Trust {
     }
 }
 
-/// What was predicted.
+/// The predictions of a plan.
 pub(super) struct Predicted<'a> {
     pub status: PlanStatus,
     pub cost: f64,
-    /// The cost limit, where the predicted cost keeps it.
+    /// The cost limit, if the predicted cost meets it.
     pub kept_limit: Option<f64>,
     pub bits: f64,
     pub contacts: &'a [ContactReport],
 }
 
 impl Trust {
-    /// The verdict on a plan by its roll-outs, of a model with so many sub-steps.
+    /// The verdict on a plan from its roll-outs, for a model with `substeps` sub-steps.
     pub(super) fn of(predicted: &Predicted, sampled: &MonteCarlo, substeps: Option<usize>) -> Self {
         let mut broken = Vec::new();
         if predicted.status == PlanStatus::Indefinite {
@@ -126,8 +126,8 @@ impl Trust {
     }
 }
 
-/// Where roll-outs cost something else than predicted, and more than the limit that the prediction keeps: both, and what to
-/// try.
+/// If roll-outs do not cost what was predicted, and exceed the limit that the prediction meets: a message with both, and
+/// what to try.
 fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String> {
     let limit = predicted.kept_limit?;
     let (error, _) = cost_error(predicted, sampled);
@@ -140,8 +140,8 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
     })
 }
 
-/// What is wrong where the same roll-outs do not cost the same on a plant of finer steps, the filter does not expect what
-/// it measures there, or measurements tell something else, and what to try.
+/// What is wrong, and what to try, if the same roll-outs have another cost on a plant with finer steps, the filter
+/// is inconsistent there, or measurements give different information.
 fn too_coarse(
     predicted: &Predicted,
     (sampled, finer): (&MonteCarlo, &FinerSteps),
@@ -160,7 +160,7 @@ fn too_coarse(
     let error = CHANCE * finer.difference_standard_error;
     let difference = cost_mean - own_cost_mean;
     let mean_differs = error.is_finite() && difference.abs() > error.max(tolerated);
-    // A mean of a few large costs is not known well; what most roll-outs do is.
+    // A mean dominated by a few large costs is poorly known; the median is more reliable.
     let most_differ = finer.median_difference.abs() > tolerated;
     let surely = if most_differ { finer.median_difference } else { difference - error };
     let exceeds = predicted.kept_limit.is_some_and(|limit| predicted.cost + surely > limit);
@@ -188,12 +188,12 @@ fn too_coarse(
     })
 }
 
-/// By how many bits roll-outs may differ from what is expected of them, by chance or as it does not matter.
+/// By how many bits roll-outs may differ from the prediction, either by chance or because it does not matter.
 fn least_bits(expected: f64, found: &Estimate) -> f64 {
     (TOLERATED * expected).max(CHANCE * found.standard_error).max(TOLERATED_BITS)
 }
 
-/// Whether squared innovations are not those that a filter expects, by more than chance and more than what is tolerated.
+/// Whether squared innovations deviate from their expected value by more than chance and more than the tolerance.
 fn is_inconsistent(found: &Consistency) -> bool {
     let outside = found.mean < found.lower_95 || found.mean > found.upper_95;
     outside && (found.mean - 1.0).abs() > INCONSISTENT
@@ -204,15 +204,15 @@ fn cost_error(predicted: &Predicted, sampled: &MonteCarlo) -> (f64, f64) {
     (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs())
 }
 
-/// Whether the sampled cost is another than the predicted one, by more than chance and more than what is tolerated.
+/// Whether the sampled cost differs from the predicted one by more than chance and more than the tolerance.
 fn differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let (error, tolerated) = cost_error(predicted, sampled);
-    // Of a single roll-out the error is not known.
+    // With a single roll-out, the error is unknown.
     error.is_finite() && sampled.difference.abs() > tolerated.max(error)
 }
 
-/// How many roll-outs estimate the cost to within [`TOLERATED`], where those that were made do not: two digits; `None` if
-/// those that were made tell that it is not the predicted one, and where more than [`MOST_ROLLOUTS`] do.
+/// How many roll-outs would estimate the cost to within [`TOLERATED`], to two digits; `None` if those made suffice or
+/// already show that it is not as predicted, and if more than [`MOST_ROLLOUTS`] would be needed.
 fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize> {
     let (error, tolerated) = cost_error(predicted, sampled);
     if error <= tolerated || differs(predicted, sampled) {

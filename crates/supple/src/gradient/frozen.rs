@@ -16,8 +16,8 @@ pub struct FrozenGradient {
     pub belief_cost: Vec<f64>,
 }
 
-/// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` move. Where `V` varies
-/// with the state, it moves with the parameters of that law alone.
+/// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` vary. If `V` depends
+/// on the state, only the parameters of that dependence change it.
 pub fn frozen_gradient(
     (system, phi, noise_model): (&dyn System, &[f64], &NoiseModel),
     (plan, belief, noise): (&Plan, &Belief, &Noise),

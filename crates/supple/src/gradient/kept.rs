@@ -5,22 +5,22 @@ use super::workspace::GradientWorkspace;
 use crate::Error;
 use crate::plan::Plan;
 
-/// Penalties of the first round, in the curvature of the cost, what they grow by, and how often at most.
+/// Penalties of the first round, relative to the curvature of the cost; growth factor; maximum number of growths.
 const FIRST_PENALTY: f64 = 1e2;
 const GROWTH: f64 = 30.0;
 const MOST_GROWTHS: usize = 8;
-/// Rounds at most.
+/// Maximum number of rounds.
 const MOST_ROUNDS: usize = 60;
-/// By how much a round is to lower what is left.
+/// Factor by which a round should reduce the residual.
 const ENOUGH: f64 = 0.1;
-/// How far limits may be from standing still, in how far the trajectory moves: aimed at, and at most.
+/// How much the excesses held constant may vary, relative to the variation of the trajectory: target, and maximum.
 const AIM: f64 = 1e-13;
 const MOST: f64 = 1e-7;
 
-/// What is not positive definite where a trajectory is no strict local optimum within its limits.
+/// The matrix that is not positive definite if a trajectory is not a strict local optimum within its limits.
 const HESSIAN: &str = "the Hessian of the nominal problem within its limits";
 
-/// A limit that a plan is at: at which point, and the gradient of its excess.
+/// An active limit of a plan: the point where it is active, and the gradient of its excess.
 struct Active {
     point: usize,
     end: usize,
@@ -33,7 +33,7 @@ struct Active {
 /// multipliers. Leaves the variation in `work`.
 ///
 /// # Errors
-/// Where the trajectory is no strict local optimum within its limits.
+/// If the trajectory is not a strict local optimum within its limits.
 pub(super) fn vary_within_limits(
     (plan, phi): (&Plan, &[f64]),
     limits: &dyn Constraints,
@@ -64,7 +64,7 @@ fn move_multipliers(
         work.hessian.copy_from(given);
         active.iter().for_each(|active| active.add_to(&mut work.hessian, moved.vector(active.point)[active.end]));
         if let Err(step) = work.vary(plan) {
-            // Where the cost falls across a limit, only a penalty makes the sum convex.
+            // If the cost has negative curvature across a limit, only a penalty makes the sum convex.
             if growths == MOST_GROWTHS {
                 return Err(Error::NotPositiveDefinite { what: HESSIAN, step });
             }

@@ -9,7 +9,7 @@ use super::workspace::GradientWorkspace;
 pub(crate) struct Quantity<'a> {
     /// Weight of the nominal cost.
     pub nominal: f64,
-    /// What else is in it.
+    /// The functional to be added.
     pub functional: Functional<'a>,
 }
 
@@ -68,7 +68,7 @@ pub(crate) fn slope_by_controls(
     let steepness = sweep(&plan.knots.dynamics, &work.hessian, feedback, &mut work.costates, slope);
     if let Some(out) = parameters {
         let at = plan.trajectory.points();
-        // The gradient of the Lagrangian has the cost's own with weight 1.
+        // The gradient of the Lagrangian contains that of the cost with weight 1.
         if quantity.nominal != 1.0 {
             let mut own = vec![0.0; phi.len()];
             let none = Matrices::vectors(plan.costates.count(), plan.costates.cols());

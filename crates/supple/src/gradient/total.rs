@@ -1,4 +1,4 @@
-//! Gradients of functionals with everything moving, and with the trajectory at rest.
+//! Gradients of functionals with the trajectory varying, and with the trajectory held fixed.
 
 use supple_kernels::Scratch;
 use supple_lqg::{Belief, BeliefSeeds, Noise, Partials, RiccatiSeeds, reverse_kalman, reverse_riccati};
@@ -21,7 +21,7 @@ pub struct Functional<'a> {
     pub belief: f64,
     /// Weight of the process noise's part.
     pub process: f64,
-    /// Weight of the unknown start's part.
+    /// Weight of the initial uncertainty's part.
     pub initial: f64,
     /// Derivatives of another number, which is added.
     pub partials: Option<&'a Partials>,
@@ -34,7 +34,7 @@ impl Functional<'_> {
     pub const BELIEF: Self = Self { information: 0.0, belief: 1.0, process: 0.0, initial: 0.0, partials: None };
     /// The process noise's part of the expected cost.
     pub const PROCESS: Self = Self { information: 0.0, belief: 0.0, process: 1.0, initial: 0.0, partials: None };
-    /// The unknown start's part of the expected cost.
+    /// The initial uncertainty's part of the expected cost.
     pub const INITIAL: Self = Self { information: 0.0, belief: 0.0, process: 0.0, initial: 1.0, partials: None };
     /// All of the noise's parts of the expected cost.
     pub const NOISE: Self = Self { information: 0.0, belief: 1.0, process: 1.0, initial: 1.0, partials: None };
@@ -51,9 +51,9 @@ pub struct TotalGradient<'a> {
     pub system: &'a dyn System,
     /// All parameters.
     pub phi: &'a [f64],
-    /// Where noise depends on parameters.
+    /// The noise model, whose noise may depend on parameters.
     pub noise_model: &'a NoiseModel,
-    /// Where the first state depends on parameters.
+    /// The first state, which may depend on parameters.
     pub initial_state: &'a [Value],
     /// The plan: converged.
     pub plan: &'a Plan,
@@ -64,7 +64,7 @@ pub struct TotalGradient<'a> {
 }
 
 impl<'a> TotalGradient<'a> {
-    /// The limits that the plan is at; `None` if it is at none.
+    /// The active limits of the plan; `None` if none is active.
     fn limits(&self) -> Option<&'a dyn Constraints> {
         self.system.constraints().filter(|_| self.plan.is_at_limits())
     }
@@ -89,7 +89,7 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
     }
 }
 
-/// The total gradient of a functional by all parameters, everything moving (theory, equations G.3 to G.6):
+/// The total gradient of a functional by all parameters, with everything varying (theory, equations G.3 to G.6):
 ///
 /// 1. reverse sweeps give the adjoints of the knots;
 /// 2. these contracted with the derivatives of the knots, and of `V` where it varies with the state, give the
@@ -101,11 +101,11 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
 /// Controls that the plan holds at a bound do not move (theory, equation P.7c), and limits that it is at stay met
 /// (theory, equation G.11).
 ///
-/// The cost does not grow with the number of parameters but for the derivative evaluations. `work` keeps what is the
-/// same for every functional of a plan, until it is told to [forget](GradientWorkspace::forget) it.
+/// Only the derivative evaluations take longer with more parameters. `work` keeps the quantities that are the
+/// same for every functional of a plan, until [`forget`](GradientWorkspace::forget) is called.
 ///
 /// # Errors
-/// Where the trajectory is no strict local optimum, so that it has no derivative.
+/// If the trajectory is not a strict local optimum, so that it has no derivative.
 pub fn total_gradient(
     task: &TotalGradient,
     functional: Functional,
@@ -184,8 +184,8 @@ fn add_direct_noise(plan: &Plan, functional: Functional, noise: &mut Noise) {
     }
 }
 
-/// Gradients of the directed information by all parameters with the trajectory held fixed: through what sensors see,
-/// `C` and `V`, and through how uncertainty spreads, `A`, `W` and `X_0` (theory, equation G.10).
+/// Gradients of the directed information by all parameters with the trajectory held fixed: through the sensors,
+/// `C` and `V`, and through the propagation of uncertainty, `A`, `W` and `X_0` (theory, equation G.10).
 pub(crate) fn information_at_rest(
     task: &TotalGradient,
     work: &mut GradientWorkspace,

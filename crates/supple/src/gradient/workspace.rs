@@ -25,7 +25,7 @@ pub struct GradientWorkspace {
 }
 
 impl GradientWorkspace {
-    /// Memory for `steps` steps.
+    /// Allocates memory for `steps` steps.
     #[must_use]
     pub fn new(dimensions: Dimensions, steps: usize) -> Self {
         let Dimensions { states, measurements, .. } = dimensions;
@@ -43,7 +43,7 @@ impl GradientWorkspace {
         }
     }
 
-    /// Forgets what was known of the last plan. To be called when there is another.
+    /// Discards what was stored for the last plan. Call it when the plan changes.
     pub fn forget(&mut self) {
         self.known = false;
     }
@@ -71,7 +71,7 @@ impl GradientWorkspace {
     ) {
         let (hessian, at) = (&mut self.hessian, plan.trajectory.points());
         if !self.known {
-            // The trajectory is a minimum of the cost itself, whatever the curvature that its control law is made of.
+            // The trajectory is a minimum of the cost itself, whichever curvature its control law was computed with.
             if plan.curvature == Curvature::Exact {
                 hessian.copy_from(&plan.knots.cost);
                 system.add_dynamics_curvature(at, phi, &plan.costates, hessian, scratch);

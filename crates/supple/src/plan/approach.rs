@@ -1,4 +1,4 @@
-//! Contacts found from afar, and friction overcome (theory, section "Finding contact").
+//! Approaching contacts from a distance, and overcoming friction (theory, section "Finding contact").
 
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::Policy;
@@ -10,26 +10,26 @@ use super::nominal::search_free;
 use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within};
 use crate::problem::Task;
 
-/// Plans on the way at most.
+/// Maximum number of intermediate plans.
 const STAGES: usize = 40;
-/// How many times the greatest clearance of the first state contacts are wide at first.
+/// Initial width of contacts, as a multiple of the greatest clearance in the first state.
 const FIRST_WIDTH: f64 = 2.0;
-/// By how much contacts stay wider than the clearance that is left, so that they are still felt.
+/// Factor by which contacts stay wider than the remaining clearance, so that they still exert a force.
 const REACH: f64 = 1.25;
-/// Speeds over which friction sets in beyond its own, rad/s or m/s, one after the other.
+/// Speeds by which the onset of friction is widened, rad/s or m/s, one after the other.
 const SPEEDS: [f64; 5] = [1.0, 0.1, 0.03, 0.01, 0.0];
-/// Below this speed the next is 0.
+/// After a speed below this one, the next speed is 0.
 const LEAST_SPEED: f64 = 1e-3;
-/// Speeds in between at most, where a step was too long.
+/// Maximum number of intermediate speeds, inserted where a step was too long.
 const REFINEMENTS: usize = 5;
-/// Searches on the way end early, but for those of contacts that are not made yet.
+/// Tolerance of intermediate searches, which end early unless contacts are still to be made.
 const TOLERANCE: f64 = 5e-2;
 
 /// The controls that follow a plan whose contacts were first wider and softer than they are, and whose friction set in over
 /// higher speeds, starting from the controls in `found.trajectory`. The width begins at twice the greatest clearance of the
 /// first state and is then halved, but kept above 5/4 of the clearance that the plan still leaves, until it is below half
-/// of the least smoothing. A speed from which no plan is found goes half of the way back, by its logarithm. `None` if
-/// there is nothing to approach, or no plan was found on the way. With the iterations of all of it.
+/// of the least smoothing. If no plan is found at a speed, it goes halfway back, in its logarithm. `None` if
+/// there is nothing to approach, or no plan was found on the way. Also returns the total number of iterations.
 pub(crate) fn approach(
     (task, phi): (&Task, &[f64]),
     settings: &PlanSettings,
@@ -69,7 +69,7 @@ pub(crate) fn approach(
         kept = Some(Kept { trajectory: found.trajectory.clone(), policy: found.policy.clone() });
         let left = clearance_left(&found.trajectory, states);
         if left > 0.0 && !apart {
-            // A contact that is hardly felt pulls a search to it only if that does not end early.
+            // A contact with little force attracts a search only if the search does not end early.
             apart = true;
             continue;
         }
@@ -79,7 +79,7 @@ pub(crate) fn approach(
             break;
         }
     }
-    // Along a trajectory that is unstable, the same controls lead elsewhere by rounding alone.
+    // Along a trajectory that is unstable, rounding alone makes the same controls lead elsewhere.
     let problem = NominalProblem { system: &*task.system, phi, bounds: task.control_bounds.as_ref() };
     kept.map(|kept| {
         follow(problem, &kept, found, work, scratch);
@@ -87,14 +87,14 @@ pub(crate) fn approach(
     })
 }
 
-/// What is needed of a plan to follow it.
+/// The parts of a plan that are needed to follow it.
 struct Kept {
     trajectory: Trajectory,
     policy: Policy,
 }
 
-/// Controls for a problem that differs little from that of another plan: those that keep to its trajectory by its feedback,
-/// or its own where these lead nowhere.
+/// Controls for a problem that differs little from that of another plan: those that track its trajectory with its feedback,
+/// or the plan's own controls if that fails.
 fn follow(problem: NominalProblem, kept: &Kept, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) {
     let around = (problem.system, problem.phi, problem.bounds);
     let law = (&kept.policy, 0.0);
@@ -103,7 +103,7 @@ fn follow(problem: NominalProblem, kept: &Kept, found: &mut Plan, work: &mut Pla
     found.trajectory.controls.copy_from(controls);
 }
 
-/// Over which speed friction sets in beyond its own.
+/// The speeds by which the onset of friction is widened.
 struct Slowing {
     /// Speeds to come, the next one last.
     ahead: Vec<f64>,
@@ -123,7 +123,7 @@ impl Slowing {
         self.ahead.last().copied().unwrap_or(0.0)
     }
 
-    /// On to the next speed, to the last one only where contacts are `narrow`; whether it was the last.
+    /// Moves to the next speed, but to the last one only if contacts are `narrow`; returns whether this one was the last.
     fn slow_down(&mut self, narrow: bool) -> bool {
         self.reached = Some(self.speed());
         match self.ahead.len() {
@@ -134,7 +134,7 @@ impl Slowing {
         false
     }
 
-    /// Part of the way back to the last speed that served; false where there is no use in that.
+    /// Goes part of the way back to the last speed that worked; returns false if that would not help.
     fn go_back(&mut self) -> bool {
         let speed = self.speed().max(LEAST_SPEED);
         match self.reached {
@@ -155,9 +155,9 @@ pub(crate) fn has_to_approach(system: &dyn System, x: &[f64], phi: &[f64]) -> bo
 
 /// How wide contacts are.
 struct Widening {
-    /// `None` if they are as wide as they are.
+    /// `None` if they have their true width.
     width: Option<f64>,
-    /// Below this width they are.
+    /// Widths up to this are narrow enough.
     least: f64,
 }
 
@@ -169,7 +169,7 @@ impl Widening {
         Self { width: far.then_some(FIRST_WIDTH * clearance), least: 0.5 * smoothing }
     }
 
-    /// Makes them narrower, where a clearance is left; whether they were as narrow as they need to be already.
+    /// Makes contacts narrower, given the clearance left; returns whether they were narrow enough already.
     fn narrow(&mut self, left: f64) -> bool {
         match &mut self.width {
             Some(width) if *width > self.least => {

@@ -5,7 +5,7 @@ use supple_model::system::{
     Adjoints, Constraints, Curvature, CurvatureProducts, Points, RollOut, System, Variation, add_excess,
 };
 
-/// A system whose cost has what limits add to it (theory, equations P.20 to P.22).
+/// A system with the terms that limits add to its cost (theory, equations P.20 to P.22).
 pub(super) struct Augmented<'a> {
     pub system: &'a dyn System,
     pub limits: &'a dyn Constraints,
@@ -41,8 +41,8 @@ impl Augmented<'_> {
             .sum()
     }
 
-    /// The slopes of what limits add by each excess: multipliers of the Lagrangian whose gradient that of the augmented one
-    /// is.
+    /// Slopes of the terms that limits add, by each excess: the multipliers for which the Lagrangian has the gradient of the
+    /// augmented one.
     pub fn slopes(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
         let mut slopes = self.multipliers.clone();
         if let Some(penalties) = self.penalties {
@@ -57,7 +57,7 @@ impl Augmented<'_> {
         slopes
     }
 
-    /// Adds what limits add to the cost's slopes and second derivatives.
+    /// Adds the contribution of limits to the cost's slopes and second derivatives.
     fn add_limits(&self, at: Points, phi: &[f64], curvature: Curvature, out: &mut Matrices, scratch: &mut Scratch) {
         let slopes = self.slopes(at, phi, scratch);
         if slopes.as_slice().iter().all(|slope| *slope == 0.0) {
@@ -80,7 +80,7 @@ impl Augmented<'_> {
     }
 }
 
-/// All but roll-outs and the derivatives of the cost is as without limits. It plans all steps from step 0 on.
+/// Only roll-outs and derivatives of the cost differ from the system without limits. It plans all steps, starting at step 0.
 impl System for Augmented<'_> {
     fn dimensions(&self) -> Dimensions {
         self.system.dimensions()
@@ -131,7 +131,7 @@ impl System for Augmented<'_> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        // Limits add to entries that the system itself leaves 0.
+        // Limits contribute to entries that the system itself leaves at 0.
         out.clear();
         self.system.cost_quadratics(at, phi, curvature, out, scratch);
         self.add_limits(at, phi, curvature, out, scratch);

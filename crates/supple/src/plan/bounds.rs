@@ -2,9 +2,9 @@ use supple_lqg::ControlBounds;
 
 use supple_model::{Limit, Limited};
 
-/// The bounds of `controls` controls among the limits of a system; `None` where it limits no control.
+/// The control bounds among the limits of a system with `controls` controls; `None` if no control is limited.
 ///
-/// Of several limits of one control the tightest count.
+/// If a control has several limits, the tightest ones count.
 #[must_use]
 pub fn bounds_of(limits: &[Limit], controls: usize) -> Option<ControlBounds> {
     let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); controls];

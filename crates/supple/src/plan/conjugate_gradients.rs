@@ -13,18 +13,18 @@ pub(crate) trait Operator {
     /// Where it cannot be taken.
     fn times(&mut self, v: &[f64]) -> Result<Vec<f64>, Self::Error>;
 
-    /// Multiplies a vector by what is close to the inverse, and positive definite.
+    /// Multiplies a vector by a positive definite approximation of the inverse.
     fn precondition(&self, _v: &mut [f64]) {}
 }
 
 /// When a solve ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
-    /// The residual, relative to that of 0.
+    /// The residual, relative to that at 0.
     pub relative: f64,
-    /// Products at most.
+    /// Maximum number of products.
     pub products: usize,
-    /// Length of the solution at most.
+    /// Maximum length of the solution.
     pub radius: f64,
 }
 
@@ -46,8 +46,8 @@ pub(crate) struct Found {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Solved {
     Converged,
-    /// A direction of curvature at most 0 was met. The solution goes along it to the border; without one it is that of the
-    /// directions before, or the first direction.
+    /// A direction of non-positive curvature was found. The solution follows it to the border; without a border it is that
+    /// of the previous directions, or the first direction.
     NegativeCurvature,
     /// The solution is on the border.
     Border,
@@ -112,7 +112,7 @@ fn advance(x: &mut [f64], step: f64, direction: &[f64]) {
     x.iter_mut().zip(direction).for_each(|(x, d)| *x += step * d);
 }
 
-/// How far it is from `x`, which is inside, along a direction to the border of the ball; infinite if there is none.
+/// Distance from `x`, inside the ball, along a direction to the border; infinite if there is no border.
 fn to_border(x: &[f64], direction: &[f64], radius: f64) -> f64 {
     if radius == f64::INFINITY {
         return f64::INFINITY;
@@ -158,7 +158,7 @@ mod tests {
             assert!((x - exact).abs() < 1e-12);
         }
         assert!(found.residual.iter().all(|r| r.abs() < 1e-11));
-        // A preconditioner that is the inverse leaves one product to take.
+        // If the preconditioner is the exact inverse, one product suffices.
         let mut operator = Diagonal(vec![1.0, 4.0], vec![1.0, 0.25]);
         let mut found = Found::default();
         let goal = Goal::free(1e-12, 1);

@@ -19,7 +19,7 @@ pub(crate) struct Stationarity {
 /// `feedback` has the `K`, and `bounded` bounds with the controls, where there are any.
 ///
 /// Along a stationary trajectory `K` does not matter. Elsewhere the residual is the slope of the cost by the controls while
-/// the feedback acts, so rounding does not grow with what is unstable without it.
+/// the feedback acts, so rounding errors do not grow even if the open loop is unstable.
 pub(crate) fn sweep_costates(
     (dynamics, cost): (&Matrices, &Matrices),
     feedback: &Matrices,
@@ -35,7 +35,7 @@ pub(crate) fn sweep_costates(
     }
 }
 
-/// The sweep, with what is left at step t of the slope by control a.
+/// The sweep; `left` returns the part of the slope by control a at step t that no bound cancels.
 fn sweep(
     (dynamics, cost): (&Matrices, &Matrices),
     feedback: &Matrices,

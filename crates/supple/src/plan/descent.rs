@@ -7,21 +7,21 @@ use supple_lqg::Decrease;
 
 use super::{Plan, PlanSettings, PlanStatus};
 
-/// Stationarity above which no plan counts as stationary but for rounding.
+/// Stationarity above which no plan counts as stationary up to rounding.
 const NEARLY: f64 = 1e-6;
 /// Maximum number of consecutive steps whose decrease is below rounding and that do not reduce the residual.
 const MOST_HIDDEN: usize = 3;
 /// Iterations between the milestones by which progress is judged.
 const STRIDE: usize = 30;
 
-/// A search as the loop sees it: a current plan, a step from it, and a trial plan along the step. The merit is the cost
+/// The loop's interface to a search: a current plan, a step from it, and a trial plan along the step. The merit is the cost
 /// that this kind of plan minimises.
 pub(crate) trait Descent {
-    /// The least regularisation that is tried after none, and the most.
+    /// The smallest regularisation tried after zero, and the largest.
     const MU: (f64, f64);
-    /// Regularisations tried in one iteration at most.
+    /// Maximum number of regularisations tried in one iteration.
     const ATTEMPTS: usize;
-    /// In place of [`MOST_HIDDEN`] where the plan is stationary but for rounding.
+    /// Replaces [`MOST_HIDDEN`] if the plan is stationary up to rounding.
     const MOST_HIDDEN_AT_END: usize;
 
     /// The current plan.
@@ -64,12 +64,12 @@ pub(crate) trait Descent {
 pub(crate) enum Model {
     /// A quadratic model along it.
     Quadratic(Decrease),
-    /// The slope at its start, negative; half of it is what a whole Newton step gains.
+    /// The slope at its start, negative; a whole Newton step decreases the merit by half of it.
     Slope(f64),
 }
 
 impl Model {
-    /// The predicted decrease: the one to reach a share of, and the one to compare with rounding.
+    /// The predicted decrease: first the one of which a share must be reached, then the one to compare with rounding.
     fn predicted(self, share: f64) -> [f64; 2] {
         match self {
             Self::Quadratic(model) => [-(share * model.linear + share * share * model.quadratic); 2],
@@ -137,7 +137,7 @@ fn is_nearly_stationary(stationarity: f64, settings: &PlanSettings) -> bool {
     stationarity <= (1e4 * settings.tolerance).min(settings.tolerance.max(NEARLY))
 }
 
-/// Whether the time is over, or a stop was requested.
+/// Whether the deadline has passed, or a stop was requested.
 pub(crate) fn is_over(deadline: Option<Instant>) -> bool {
     halt::is_requested() || deadline.is_some_and(|deadline| Instant::now() >= deadline)
 }
@@ -157,7 +157,7 @@ fn creeps(milestone: &mut (usize, f64, f64), now: (usize, f64, f64)) -> bool {
 /// iteration gave one.
 ///
 /// # Errors
-/// With the cause, where the most regularisation gives no step.
+/// The cause, if even the largest regularisation gives no step.
 fn advance<D: Descent>(search: &mut D, settings: &PlanSettings, mu: &mut f64) -> Result<Option<Step>, PlanStatus> {
     if let Some(step) = search.refine() {
         return Ok(Some(step));
@@ -319,9 +319,9 @@ mod tests {
     fn rejected_steps_end_the_search_where_it_began() {
         let mut line = Line::new(|x| (x - 1.0).abs(), |_| 1.0, 1.0);
         assert_eq!(line.descend(), PlanStatus::LineSearchStalled);
-        // Without regularisation and with nine powers of ten, three attempts in an iteration.
+        // Tries no regularisation and nine powers of ten, with three attempts per iteration.
         assert_eq!((line.plan.iterations, line.plan.regularised, line.at), (4, 4, 1.0));
-        // A merit that has a value nowhere else.
+        // A merit that is finite only at the start.
         line = Line::new(|x| if x == 1.0 { 0.0 } else { f64::NAN }, |_| 1.0, 1.0);
         assert_eq!(line.descend(), PlanStatus::LineSearchStalled);
     }
@@ -332,11 +332,11 @@ mod tests {
         let mut line = Line::new(|x| 1e9 + 1e-5 * x * x, |x| 2e-5 * x, 2e-5 * 4.0 / 3.0);
         assert_eq!(line.descend(), PlanStatus::Converged);
         assert!(line.at.abs() < 1e-7 && line.plan.iterations > 5, "{}", line.at);
-        // No step brings it closer: one sets the mark, four more are too many.
+        // No step reduces the residual: the first sets the reference, and the fourth after it ends the search.
         line = Line::new(|_| 1e9, |_| 1e-5, 1.0);
         assert_eq!(line.descend(), PlanStatus::LineSearchStalled);
         assert_eq!(line.plan.iterations, 5);
-        // The same at a slope that is rounding itself.
+        // The same with a slope as small as rounding.
         line = Line::new(|_| 1e9, |_| 1e-10, 1.0);
         assert_eq!(line.descend(), PlanStatus::Converged);
         assert_eq!(line.plan.iterations, 2);
@@ -358,7 +358,7 @@ mod tests {
         // Half a step is not doubled again.
         let mut near = Line::new(|x| (x - 1.5).powi(2), |x| 2.0 * (x - 1.5), 2.0);
         assert_eq!(along(&mut near, -1.0, 20), Some((0.5, false)));
-        // Rounding hides what is gained at first.
+        // At first rounding hides the decrease.
         let mut ridge = Line::new(|x| 1.0 - 1e-16 * (x - 1.0).powi(4), |_| -1e-16, 1.0);
         assert_eq!(along(&mut ridge, -1e-16, 10), Some((1024.0, false)));
     }

@@ -1,4 +1,4 @@
-//! Nominal plans without limits but the bounds of the controls.
+//! Nominal plans with no limits other than control bounds.
 
 use supple_kernels::Scratch;
 use supple_lqg::Regularisation;
@@ -8,7 +8,7 @@ use super::sweeps::{finish, start, sweep};
 use super::{NominalProblem, Plan, PlanSettings, PlanWorkspace, rollout_within};
 use crate::Error;
 
-/// As [`plan`](super::plan), with less patience, and without limits but the bounds of the controls.
+/// Like [`plan`](super::plan), with the given patience and no limits other than control bounds.
 ///
 /// # Errors
 /// As those of [`plan`](super::plan).
@@ -33,10 +33,10 @@ pub(super) fn search_free(
 }
 
 /// Starts from the plan without bounds, its control law kept within them; or from the guess moved inside, where that
-/// costs no more or there is no such plan. Says how many iterations it took.
+/// costs no more or there is no such plan. Returns the iterations it took.
 ///
-/// Far from an optimum bounds cut much of what the control law asks for, and the search easily ends in another local
-/// minimum; and a plan within the bounds is the same with and without them.
+/// Far from an optimum, bounds clip much of the control law's output, and the search easily ends in another local
+/// minimum. A plan that stays within the bounds is the same with and without them.
 fn start_from_free(
     problem: NominalProblem,
     (settings, patience): (&PlanSettings, Patience),

@@ -1,4 +1,4 @@
-//! What planning gives.
+//! Results of planning.
 
 use supple_kernels::Matrices;
 use supple_lqg::{Dimensions, Knots, Policy};
@@ -73,7 +73,7 @@ impl Plan {
         }
     }
 
-    /// Whether it would cost less, were it not for limits that it keeps.
+    /// Whether it would cost less without the limits that it keeps.
     pub fn is_at_limits(&self) -> bool {
         self.multipliers.as_slice().iter().any(|multiplier| *multiplier > 0.0)
     }

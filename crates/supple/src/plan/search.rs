@@ -9,27 +9,27 @@ use super::sweeps::{linearise, sweep};
 use super::truncated::{Truncated, truncated_newton};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollout_within};
 
-/// How often what second derivatives add to Gauss-Newton's is halved, where they are not positive or lead nowhere.
+/// How often the second-derivative correction to Gauss-Newton is halved, if it is not positive or leads nowhere.
 const CURVATURE_HALVINGS: usize = 5;
-/// Halvings of a Newton step at most: more of them, and Gauss-Newton does better.
+/// Maximum number of halvings of a Newton step: if more are needed, Gauss-Newton does better.
 const NEWTON_HALVINGS: usize = 3;
-/// Logarithm, base 2, of how many times as long a search waits after costly second derivatives were of no use.
+/// Base-2 logarithm of the factor by which a search waits longer after costly second derivatives were of no use.
 const COSTLY_WAIT: u32 = 2;
 /// Below this share of a Gauss-Newton step second derivatives matter, however far the optimum is.
 const SHORT: f64 = 0.25;
 /// How often trust in Newton's model is lowered in one iteration.
 const ATTEMPTS_BY_PRODUCTS: usize = 2;
-/// What remains of the trust in Newton's model where no step along it serves.
+/// What remains of the trust in Newton's model if no step along it succeeds.
 const LEAST_TRUST: f64 = 1.0 / 16.0;
-/// Doublings of a Newton step at most that leaves a place where the curvature is not positive.
+/// Maximum number of doublings of a Newton step that leaves a region where the curvature is not positive.
 const NEWTON_DOUBLINGS: usize = 20;
 /// Below this share of the curvature regularisation is dropped.
 const LEAST_MU: f64 = 1e-6;
 
-/// Iterations at most of a search that gives up early.
+/// Maximum number of iterations of a search that gives up early.
 const FEW_ITERATIONS: usize = 12;
 
-/// How long a search is kept up.
+/// How long a search continues.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Patience {
     /// As long as the settings say.
@@ -70,13 +70,13 @@ struct Search<'a> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Readiness {
     close: bool,
-    /// Whether they take as long as several iterations without them.
+    /// Whether computing them takes as long as several iterations without them.
     costly: bool,
-    /// Whether they are only multiplied with vectors, which costs little.
+    /// Whether they are only multiplied with vectors, which is cheap.
     by_products: bool,
     failures: u32,
     wait: usize,
-    /// How long the next step by products is at most; none before the first.
+    /// Maximum length of the next step by products; none before the first.
     radius: Option<f64>,
 }
 
@@ -144,7 +144,7 @@ impl Descent for Search<'_> {
         self.plan.nominal_cost = step.merit;
     }
 
-    /// Less where the whole step served, more where little of it did.
+    /// Lowers the regularisation after a whole step, raises it after a very short one.
     fn ease(&self, mu: f64, step: Step) -> f64 {
         let next = match step.share {
             1.0 => mu * 0.1,
@@ -154,7 +154,7 @@ impl Descent for Search<'_> {
         if next < LEAST_MU { 0.0 } else { next }
     }
 
-    /// A step with second derivatives, or as large a part of them as serves, where it is time for them.
+    /// A step with second derivatives, or as large a part of them as works, when their use is due.
     fn refine(&mut self) -> Option<Step> {
         let on_the_way = self.patience == Patience::Continued;
         let worth_it = self.settings.newton && !(on_the_way && self.newton.costly);
@@ -174,7 +174,7 @@ impl Descent for Search<'_> {
 }
 
 impl Search<'_> {
-    /// A Newton step, or one with as large a part of the second derivatives as serves.
+    /// A Newton step, or one with as large a part of the second derivatives as works.
     fn step_by_curvature(&mut self) -> Option<Step> {
         self.find_curvature();
         let settings = self.settings;
@@ -184,14 +184,14 @@ impl Search<'_> {
             }
             let hessian = Some(&self.work.hessian);
             let model = sweep(self.problem, settings.regularisation.of(0.0), hessian, self.plan).ok()?;
-            // Where the curvature is not positive as it is, the cost falls beyond the minimum of one made positive.
+            // If the curvature had to be made positive, the cost may decrease further beyond the minimum of that model.
             let doublings = if halvings > 0 { NEWTON_DOUBLINGS } else { 0 };
             let lengths = (settings.max_halvings.min(NEWTON_HALVINGS), doublings);
             search_along(self, settings, Model::Quadratic(model), lengths)
         })
     }
 
-    /// A step towards the minimum of Newton's model, as far as it is trusted: less far where no step along it serves.
+    /// A step towards the minimum of Newton's model, as far as it is trusted: less far if no step along it succeeds.
     fn step_by_products(&mut self) -> Option<Step> {
         self.plan.policy.keep_roots();
         sweep(self.problem, Regularisation::default(), None, self.plan).ok()?;

@@ -1,4 +1,4 @@
-//! What all searches for nominal plans do with a plan: roll its first guess out, linearise it, sweep it, and finish it.
+//! Operations shared by all searches for nominal plans: roll out the first guess, linearise, sweep, and finish.
 
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{Decrease, Limits, Lq, Regularisation, solve_limited};
@@ -23,7 +23,7 @@ pub(crate) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scra
     plan.iterations = 0;
     plan.regularised = 0;
     plan.passed_over = None;
-    // What an earlier plan left there would change the last digits of this one.
+    // Values that an earlier plan left there would change the last digits of this one.
     plan.policy.feedback.as_mut_slice().fill(0.0);
     let finite = plan.nominal_cost.is_finite();
     if finite { Ok(()) } else { Err(Error::NotFinite { what: "the cost of the first guess", step: 0 }) }
@@ -41,8 +41,8 @@ pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
     plan.relative_stationarity = residual / (1.0 + scale);
 }
 
-/// The final sweep: no second derivatives of the dynamics, no regularisation. Where it is left to the plan, the curvature
-/// of the cost is exact, and Gauss-Newton's where a plan that has converged has no control law with the exact one.
+/// The final sweep: no second derivatives of the dynamics, no regularisation. With automatic choice, the curvature
+/// of the cost is exact, or Gauss-Newton's if a converged plan has no control law with the exact one.
 pub(crate) fn finish(
     (problem, curvature): (NominalProblem, CostCurvature),
     plan: &mut Plan,
@@ -72,7 +72,7 @@ pub(crate) fn finish(
     }
     let mut mu = 0.0;
     while let Err(step) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
-        // A law that is defined everywhere, for people to look at; the status says that it is no optimum, or that time was up.
+        // A law that is defined everywhere, for inspection; the status says that it is no optimum, or that time was up.
         if plan.status != PlanStatus::TimeLimit {
             plan.status = PlanStatus::Indefinite;
         }

@@ -11,23 +11,23 @@ use super::{NominalProblem, Plan};
 
 /// Products with the Hessian in one step at most.
 const PRODUCTS: usize = 60;
-/// Below this share of the sizes of two second derivatives their difference is rounding.
+/// Two second derivatives whose difference is below this share of their sizes are equal up to rounding.
 const ROUNDING: f64 = 1e-13;
 
 /// A step towards the minimum of Newton's model.
 pub(super) struct Truncated {
     /// The feedforward of the step.
     pub feedforward: Matrices,
-    /// What the model says of it.
+    /// The decrease that the model predicts.
     pub decrease: Decrease,
     /// How long it is.
     pub length: f64,
-    /// Whether it ends before the minimum, where trust does or along negative curvature.
+    /// Whether it ends before the minimum: at the trust radius, or along negative curvature.
     pub ends: bool,
 }
 
-/// Newton's step (theory, equation P.5c) from a plan whose policy is that of a Gauss-Newton sweep with its roots, of which
-/// the slope is, no longer than a radius: by default, than the sweep's own step. `None` if there is no such step. `exact`
+/// Newton's step (theory, equation P.5c) from a plan whose policy, like the slope, is that of a Gauss-Newton sweep with
+/// its roots; no longer than a radius, by default than the sweep's own step. `None` if there is no such step. `exact`
 /// is memory for the curvature of the cost.
 pub(super) fn truncated_newton(
     (problem, plan): (NominalProblem, &Plan),
@@ -47,7 +47,7 @@ pub(super) fn truncated_newton(
 
     let down: Vec<f64> = slope.iter().map(|g| -g).collect();
     let radius = radius.unwrap_or_else(|| rows::dot(&down, &down).sqrt());
-    // The closer, the more exactly: convergence is quadratic but for rounding.
+    // Solve more precisely the closer the plan is to stationary: convergence is quadratic up to rounding.
     let relative = plan.relative_stationarity.sqrt().clamp(1e-6, 0.1);
     let (goal, mut found) = (Goal { relative, products: PRODUCTS, radius }, Found::default());
     let Ok(solved) = conjugate_gradients(&mut model, &down, goal, &mut found);

@@ -11,19 +11,19 @@ use super::sweeps::{finish, set_curvature};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, simulate_controls};
 use crate::Error;
 
-/// Rounds at most.
+/// Maximum number of rounds.
 const MOST_ROUNDS: usize = 60;
-/// Stationarity that the first round is taken to, and what each round divides it by.
+/// Stationarity to which the first round is solved, and the factor by which each round tightens it.
 const FIRST_TOLERANCE: f64 = 1e-3;
 const TIGHTER: f64 = 30.0;
-/// By how much a round is to lower what is left of excesses, and what penalties grow by where it does not.
+/// Factor by which a round should reduce excesses, and by which penalties grow if it does not.
 const ENOUGH: f64 = 0.2;
 const GROWTH: f64 = 10.0;
-/// How often penalties grow at most: beyond that, rounding hides what else the cost asks for.
+/// Maximum number of penalty growths: beyond that, rounding hides the rest of the cost.
 const MOST_GROWTHS: usize = 9;
-/// How far a guess may be from all limits to count as one that is at some, in shares of the limit.
+/// Distance from a limit, relative to it, within which a guess counts as being at that limit.
 const NEAR: f64 = 0.05;
-/// The part of a limit's tolerance that plans are taken to.
+/// The share of a limit's tolerance to which plans are solved.
 const SHARE: f64 = 0.3;
 
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
@@ -45,8 +45,8 @@ pub fn plan(
     search(problem, (settings, Patience::Full), plan, work, scratch)
 }
 
-/// Finds a nominal plan that keeps the limits of its system: first without them, then, where that one does not keep
-/// them, of the augmented Lagrangian round by round. As [`search_free`] where there are none to keep.
+/// Finds a nominal plan that keeps the limits of its system: first without them, then, if that plan does not keep
+/// them, with the augmented Lagrangian round by round. Same as [`search_free`] if there are none to keep.
 ///
 /// # Errors
 /// As those of [`search_free`].
@@ -116,7 +116,7 @@ impl<'a> Rounds<'a> {
         self.limits.excesses_at(plan.trajectory.points(), self.problem.phi, self.bounds.len(), scratch)
     }
 
-    /// How far the plan is from keeping its limits, and its multipliers from being 0 where it is inside of them; in
+    /// How far the plan is from meeting its limits, and its multipliers from being 0 where limits are inactive, in
     /// tolerances.
     fn missed(&self, plan: &Plan, scratch: &mut Scratch) -> f64 {
         let excesses = self.excesses(plan, scratch);
@@ -149,7 +149,7 @@ impl<'a> Rounds<'a> {
         let is_last = matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations)
             || status.is_converged() && self.is_kept(plan, scratch);
         if !is_last && (from_guess || by_little) {
-            // From the other of both, where there is one.
+            // Retry from the other starting point, if there is one.
             let ended = (plan.trajectory.controls.clone(), plan.multipliers.clone(), self.penalties.clone());
             plan.trajectory.controls = free;
             plan.nominal_cost = simulate_controls(self.problem.system, self.problem.phi, &mut plan.trajectory, scratch);
@@ -175,7 +175,7 @@ impl<'a> Rounds<'a> {
         let (mut tolerance, mut growths) = (FIRST_TOLERANCE, 0);
         let mut status = PlanStatus::LimitsExceeded;
         for _ in 0..MOST_ROUNDS {
-            // Once limits are kept, nothing is left but to finish.
+            // Once limits are met, only the final tolerance remains.
             tolerance = if missed <= 1.0 { settings.tolerance } else { (tolerance / TIGHTER).max(settings.tolerance) };
             status = self.round(&settings.to_tolerance(tolerance), plan, work, scratch);
             if matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations) {
@@ -197,14 +197,14 @@ impl<'a> Rounds<'a> {
         status
     }
 
-    /// Whether the limits are kept, but for rounding.
+    /// Whether the limits are met within their tolerances.
     fn is_kept(&self, plan: &Plan, scratch: &mut Scratch) -> bool {
         self.missed(plan, scratch) <= 1.0 / SHARE
     }
 
     /// Starts from the guess where it is at a limit and its augmented Lagrangian is less than that of the plan without
-    /// limits, as it is for plans of problems that differ little; then with penalties that keep it where it is. Whether it
-    /// does.
+    /// limits, as it is for plans of problems that differ little; then with penalties that keep it where it is. Returns
+    /// whether it does.
     fn start_from_better(&mut self, guess: &Matrices, plan: &mut Plan, scratch: &mut Scratch) -> bool {
         let system = self.augmented(&plan.multipliers);
         let free = plan.nominal_cost + system.penalties_of(&plan.trajectory, self.problem.phi, scratch);
@@ -223,7 +223,7 @@ impl<'a> Rounds<'a> {
         is_better
     }
 
-    /// Whether any number along a trajectory is about at an end of its limits, or beyond.
+    /// Whether any number along a trajectory is near an end of its limits, or beyond it.
     fn is_near_limits(&self, plan: &Plan, scratch: &mut Scratch) -> bool {
         self.is_any(plan, scratch, |excess, bound| excess >= -NEAR * bound.abs())
     }
@@ -239,7 +239,7 @@ impl<'a> Rounds<'a> {
         Augmented { system: self.problem.system, limits: self.limits, multipliers, penalties: Some(&self.penalties) }
     }
 
-    /// One round: the least of the augmented Lagrangian, and the multipliers that its slopes are.
+    /// One round: minimises the augmented Lagrangian, and takes its slopes as the multipliers.
     fn round(
         &mut self,
         settings: &PlanSettings,

@@ -4,14 +4,14 @@ use super::relax::Region;
 use super::{Chosen, Goal, Limits, Selection};
 use crate::Error;
 
-/// The best set that branch and bound found, and how good any set could be.
+/// The best set that branch and bound found, and a bound on any set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Searched {
     /// The best set found.
     pub chosen: Chosen,
     /// No set within the limits does better: expected cost, information in nats, or price, by the goal.
     pub bound: f64,
-    /// Whether the set is the best one, to 1e-7 of what sensors change.
+    /// Whether the set is the best one, to 1e-7 of the change that all sensors make.
     pub proved: bool,
 }
 
@@ -22,16 +22,16 @@ struct Node {
     weights: Vec<f64>,
 }
 
-/// Regions looked at at once.
+/// Regions examined at once.
 const BATCH: usize = 8;
 
-/// How much better a set must be to be looked for, relative to what all sensors together change.
+/// How much better a set must be to count as better, relative to what all sensors together change.
 const TOLERANCE: f64 = 1e-7;
 
 impl Selection {
     /// The best set within the limits by branch and bound: regions are bounded by [`bound`](Self::bound), the most
     /// promising ones divided first, at the candidate whose weight is most undecided. It ends when no region is left that
-    /// could hold a better set, or with what is known when `most` regions were looked at or `going` says no before one
+    /// could hold a better set, or with the best so far once `most` regions were examined or `going` is false before one
     /// of its rounds. Deterministic, whatever the number of threads.
     ///
     /// # Errors
@@ -44,7 +44,7 @@ impl Selection {
         going: &mut dyn FnMut() -> bool,
     ) -> Result<Searched, Error> {
         let count = self.candidates.len();
-        // Where greedy choice found none, every set is better.
+        // If greedy choice found no set, any set is better.
         let mut best = self.greedy(goal, limits).map(|best| Chosen { rule: None, ..best });
         let span = match goal {
             Goal::LeastPrice { .. } => self.price(&(0..count).collect::<Vec<_>>()),
@@ -69,7 +69,7 @@ impl Selection {
             let parts: Vec<(Region, f64)> = parts.collect();
             looked += parts.len();
             let divided = parts.into_par_iter().map(|(region, bound)| {
-                // What bounds the whole bounds its parts.
+                // A bound on a region also bounds its parts.
                 let node = self.node(goal, region);
                 let node = Node { bound: node.bound.max(bound), ..node };
                 let rounded = self.rounded(goal, &node);
@@ -80,7 +80,7 @@ impl Selection {
                 if rounded.as_ref().is_some_and(better) {
                     best = rounded;
                 }
-                // Where nothing is free the rounded set is the region.
+                // A region without free candidates is just its rounded set.
                 if !node.region.free().is_empty() {
                     open.push(node);
                 }
@@ -94,7 +94,7 @@ impl Selection {
         Ok(Searched { chosen, bound, proved })
     }
 
-    /// What a better set must be below.
+    /// The value that a better set must be below.
     fn reach(&self, goal: Goal, best: Option<&Chosen>) -> f64 {
         best.map_or(f64::INFINITY, |best| match goal {
             Goal::LeastPrice { .. } => best.price,
@@ -107,7 +107,7 @@ impl Selection {
         Node { region, bound: relaxation.bound, weights: relaxation.weights }
     }
 
-    /// Two regions: with and without the candidate that is most undecided, where the limits let it be there.
+    /// Two regions: with and without the most undecided candidate, as far as the limits allow it.
     fn divide(&self, node: &Node) -> Vec<Region> {
         let undecided = |one: usize| (node.weights[one] - 0.5).abs();
         let free = node.region.free();
@@ -125,7 +125,7 @@ impl Selection {
         with.map(region).collect()
     }
 
-    /// A set of a region: what it must have, then the free ones by their weights as long as they fit. `None` where it
+    /// A set of a region: the required candidates, then the free ones by their weights as long as they fit. `None` where it
     /// does not reach the bound of the goal.
     fn rounded(&self, goal: Goal, node: &Node) -> Option<Chosen> {
         let mut sensors: Vec<usize> = node.region.held().collect();

@@ -7,11 +7,11 @@ pub struct Candidate {
     pub name: String,
     /// Its price, in the units of budgets; at least 0.
     pub price: f64,
-    /// Which entries of the measurement are its.
+    /// Indices of its entries in the measurement.
     pub rows: Vec<usize>,
 }
 
-/// Joins candidates whose noises are correlated at any step: whoever has one has both.
+/// Joins candidates whose noises are correlated at any step: a set has both or neither.
 pub(super) fn join_correlated(candidates: &mut Vec<Candidate>, v: &Matrices) {
     let shares = |a: &Candidate, b: &Candidate| {
         let entry = |t: usize| a.rows.iter().any(|&i| b.rows.iter().any(|&j| v.get(t, i, j) != 0.0));

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use super::{Memory, Selection, Worth};
 use crate::Error;
 
-/// What a set of sensors is chosen for.
+/// The goal for which a set of sensors is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// The least expected cost within the limits.
@@ -40,11 +40,11 @@ pub enum Rule {
 /// A chosen set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chosen {
-    /// Its candidates, by index in [`Selection::candidates`]: in the order in which they were taken, or rising.
+    /// Its candidates, by index in [`Selection::candidates`]: in the order in which they were taken, or ascending.
     pub sensors: Vec<usize>,
-    /// What it is worth.
+    /// Its cost and information.
     pub worth: Worth,
-    /// Prices of all together.
+    /// Its total price.
     pub price: f64,
     /// The order that found it, where it was greedy.
     pub rule: Option<Rule>,
@@ -52,7 +52,7 @@ pub struct Chosen {
     pub tried: usize,
 }
 
-/// Whatever is relatively closer than this is equal.
+/// Numbers that differ by less than this share are treated as equal.
 pub(super) const SAME: f64 = 1e-12;
 
 impl Limits {
@@ -64,7 +64,7 @@ impl Limits {
 }
 
 impl Goal {
-    /// What is to be small: the expected cost, or the information with its sign changed.
+    /// The quantity to minimise: the expected cost, or the information with its sign changed.
     pub(super) fn merit(self, worth: Worth) -> f64 {
         match self {
             Self::LeastCost | Self::LeastPrice { .. } => worth.cost,
@@ -138,7 +138,7 @@ impl Selection {
         Some(self.pruned(goal, chosen))
     }
 
-    /// Leaves out what the set does as well without, the dearest first.
+    /// Removes sensors without which the set is as good, the most expensive first.
     pub(super) fn pruned(&self, goal: Goal, mut chosen: Chosen) -> Chosen {
         let mut memory = self.memory(false);
         let mut by_price = chosen.sensors.clone();
@@ -169,10 +169,10 @@ impl Selection {
     }
 
     /// The best of all sets within the limits, in parallel; the result does not depend on the number of threads.
-    /// `going` is asked before each of [`exhaustive_rounds`](Self::exhaustive_rounds) rounds whether to go on; `None`
-    /// where it is not to.
+    /// `going` decides before each of [`exhaustive_rounds`](Self::exhaustive_rounds) rounds whether to continue; `None`
+    /// if it was stopped.
     ///
-    /// A set that another sensor fits into is skipped, as it cannot be better than with that one. With more than 15
+    /// A set that has room for another sensor is skipped: it cannot be better than the set with it. With more than 15
     /// candidates there are many sets: [`branch_and_bound`](Self::branch_and_bound) need not try all of them.
     ///
     /// # Errors
@@ -208,7 +208,7 @@ impl Selection {
                     best = Some(chosen);
                 }
             }
-            // Sets come by rising price: none that is cheaper is left.
+            // Sets come by increasing price: no cheaper one is left.
             if best.is_some() && matches!(goal, Goal::LeastPrice { .. }) {
                 break;
             }
@@ -219,13 +219,13 @@ impl Selection {
         }
     }
 
-    /// That no set within the limits reaches the bound of [`Goal::LeastPrice`].
+    /// The error that no set within the limits reaches the bound of [`Goal::LeastPrice`].
     pub(super) fn insufficient(&self, goal: Goal) -> Error {
         let bound = if let Goal::LeastPrice { cost } = goal { cost } else { f64::NEG_INFINITY };
         Error::NoSensorsSuffice { bound, least: self.worth(&vec![true; self.candidates.len()]).cost }
     }
 
-    /// That none was found, which proves nothing unless all candidates together are not good enough either.
+    /// The error that none was found, which proves nothing unless all candidates together are not good enough either.
     #[must_use]
     pub fn not_found(&self, goal: Goal) -> Error {
         match goal {
@@ -242,7 +242,7 @@ impl Selection {
         self.sets(goal, limits).len().div_ceil(ROUND)
     }
 
-    /// Sets to try, each rising.
+    /// Sets to try, each in ascending order.
     fn sets(&self, goal: Goal, limits: Limits) -> Vec<Vec<usize>> {
         let count = self.candidates.len().min(MOST_EXHAUSTIVE);
         let set = |mask: usize| -> Vec<usize> { (0..count).filter(|one| mask >> one & 1 == 1).collect() };
@@ -265,7 +265,7 @@ impl Selection {
     }
 }
 
-/// Candidates of an exhaustive search at most.
+/// Maximum number of candidates of an exhaustive search.
 const MOST_EXHAUSTIVE: usize = 20;
 
 /// Sets of a round.

@@ -40,7 +40,7 @@ use crate::problem::{Problem, Task};
 pub struct Selection {
     /// The candidates.
     pub candidates: Vec<Candidate>,
-    /// The tasks that are looked at, by name.
+    /// The tasks that are considered, by name.
     pub tasks: Vec<String>,
     sights: Vec<Sight>,
     /// Weight of each task's information.
@@ -48,8 +48,8 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Candidates for the tasks of a problem, all of which its measurements must hold, at the design `phi`. What is no
-    /// candidate's is always measured. With a task's name only that task is looked at.
+    /// Candidates for the tasks of a problem, whose measurements must include all of them, at the design `phi`. Measurements
+    /// that belong to no candidate are always made. With a task's name, only that task is considered.
     ///
     /// # Errors
     /// Where `phi` has the wrong length, no task has that name, a plan or covariance cannot be computed, or candidates
@@ -102,7 +102,7 @@ impl Selection {
         Self::new(problem, phi, candidates, task)
     }
 
-    /// What a set of candidates is worth, beside the sensors that are always there: the sum of the tasks' expected
+    /// What a set of candidates is worth, in addition to the sensors that are always there: the sum of the tasks' expected
     /// costs, and the weighted sum of their information. `chosen` has one entry per candidate.
     #[must_use]
     pub fn worth(&self, chosen: &[bool]) -> Worth {
@@ -151,7 +151,7 @@ impl Selection {
         self.sum(each)
     }
 
-    /// Prices of all candidates together that a set has.
+    /// Total price of the candidates in a set.
     #[must_use]
     pub fn price(&self, sensors: &[usize]) -> f64 {
         sensors.iter().fold(0.0, |sum, &one| sum + self.candidates[one].price)

@@ -4,7 +4,7 @@ use slsqp::{Func, StopTols};
 
 use super::{Candidate, Goal, Limits, Selection, Weights};
 
-/// The best that any set of sensors could be, from below: of a problem in which sensors may be there in part.
+/// A lower bound on the best set of sensors, from a relaxed problem in which sensors may be present in part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relaxation {
     /// No set within the limits does better than this: expected cost, information in nats, or price, by the goal.
@@ -16,10 +16,10 @@ pub struct Relaxation {
 /// Evaluations of one relaxed problem at most.
 const EVALUATIONS: usize = 100;
 
-/// What rounding may do to a lower bound, relative to the numbers that it is made of.
+/// Margin for rounding in a lower bound, relative to the numbers from which it is computed.
 const ROUNDING: f64 = 1e-10;
 
-/// Which candidates a set must have, and must not have; what it may be beside.
+/// Candidates that a set must and must not contain, and the limits on the set.
 #[derive(Clone, Debug)]
 pub(super) struct Region {
     pub fixed: Vec<Option<bool>>,
@@ -50,7 +50,7 @@ impl Region {
         (self.limits.budget.map(|budget| budget - held), self.limits.count.map(|most| most.saturating_sub(count)))
     }
 
-    /// Weights inside: those that it must have, and an equal share of each free one.
+    /// Weights inside the region: 1 for required candidates, and an equal share for each free one.
     fn start(&self, prices: &[f64], all: bool) -> Vec<f64> {
         let free = self.free();
         let (budget, count) = self.room(prices);
@@ -89,7 +89,7 @@ impl Region {
         held + best
     }
 
-    /// `min p'z` over the region where `offset + g'z <= 0`, from below; infinite where that is nowhere.
+    /// `min p'z` over the region where `offset + g'z <= 0`, from below; infinite if there is no such point.
     fn least_price(&self, (offset, g): (f64, &[f64]), prices: &[f64]) -> f64 {
         let held: f64 = self.held().map(|one| prices[one]).sum();
         let offset = offset + self.held().map(|one| g[one]).sum::<f64>();
@@ -120,7 +120,7 @@ struct Relaxing<'a> {
 }
 
 impl Relaxing<'_> {
-    /// Goes to the weights of the free candidates; takes the bound that they give.
+    /// Evaluates at weights of the free candidates, and keeps the resulting bound if it is better.
     fn visit(&mut self, free: &[f64]) {
         let mut z = self.region.start(&self.prices, false);
         for (&one, &weight) in self.free.iter().zip(free) {
@@ -178,8 +178,8 @@ impl Selection {
         }
     }
 
-    /// The most information that a set within the limits can have, from above: what greedy choice has after some of its
-    /// sensors, and beside that no more than what each other sensor adds to it (theory, equation N.8).
+    /// The most information that a set within the limits can have, from above: that of the greedy choice after some of its
+    /// sensors, plus at most what each other sensor adds to it (theory, equation N.8).
     fn most_added(&self, limits: Limits) -> f64 {
         let prices: Vec<f64> = self.candidates.iter().map(|candidate| candidate.price).collect();
         let region = Region::whole(&self.candidates, limits);
@@ -233,7 +233,7 @@ impl Selection {
     }
 }
 
-/// Runs of SLSQP at most, each from where the best bound until then was found.
+/// Maximum number of SLSQP runs, each from where the best bound so far was found.
 const RUNS: usize = 5;
 
 /// SLSQP from the first point; how it ends does not matter to the bound.

@@ -9,7 +9,7 @@ use crate::cost_parts::CostParts;
 use crate::pipeline::TaskState;
 
 /// What a filter sees of one task along its plan when each candidate sensor counts with a weight: a candidate with the
-/// weight `z` has `1 / z` times its noise, at 0 it is not there (theory, equation N.1).
+/// weight `z` has `1 / z` times its noise, at 0 it is absent (theory, equation N.1).
 #[derive(Clone, Debug)]
 pub(super) struct Sight {
     /// `[A B]`, n x (n + m), N of them.
@@ -21,7 +21,7 @@ pub(super) struct Sight {
     value: Matrices,
     /// Rows `c` of the measurement divided by their noise's root, p x n, N + 1 of them: unit noise, independent.
     rows: Matrices,
-    /// Whose row each is: a candidate's, or of those that are always there.
+    /// Owner of each row: a candidate, or `None` for a sensor that is always there.
     owners: Vec<Option<usize>>,
     /// The parts of the cost that no sensor changes.
     fixed: f64,
@@ -45,7 +45,7 @@ pub(super) struct Memory {
     other: Matrices,
     adjoint: Matrices,
     vectors: Matrices,
-    /// `Sigma_t` of all steps, for the way back.
+    /// `Sigma_t` of all steps, for the backward sweep.
     kept: Matrices,
 }
 
@@ -57,8 +57,8 @@ pub(super) struct Weights {
 }
 
 impl Sight {
-    /// For a planned task. `owners` maps each measurement row to its candidate: a
-    /// candidate's, one that is always there (`Some(None)`), or of no use (`None`).
+    /// Builds it for a planned task. `owners` maps each measurement row to its owner: a
+    /// candidate, a sensor that is always there (`Some(None)`), or none if it is unused (`None`).
     ///
     /// # Errors
     /// Where noise is not positive definite, is shared between owners, or the value of information is indefinite.
@@ -100,7 +100,7 @@ impl Sight {
         dispatch(Forward { sight: self, z, memory, keep: false })
     }
 
-    /// The same, adding to `gradient` the derivatives by the weights of the number that `of` says.
+    /// The same; adds to `gradient` the derivatives, by the weights, of the quantity that `of` defines.
     pub fn gradient(&self, z: &[f64], of: Weights, memory: &mut Memory, gradient: &mut [f64]) -> Worth {
         let found = dispatch(Forward { sight: self, z, memory, keep: true });
         dispatch(Backward { sight: self, z, of, memory, gradient });
@@ -112,7 +112,7 @@ impl Sight {
     }
 }
 
-/// Checks that the value of information is positive semidefinite, as convexity needs, but for rounding.
+/// Checks that the value of information is positive semidefinite up to rounding, as convexity requires.
 fn check_semidefinite(value: &Matrices) -> Result<(), Error> {
     let n = value.rows();
     let (mut least, mut step, mut greatest) = (0.0, 0, 0.0_f64);

@@ -11,15 +11,15 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Written as one of `"needed"`, `"used"` and `"measured"`, or as a table of weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InformationWeights {
-    /// Of the least that any sensors and any controller need at the cost limit.
+    /// Weight of the minimum information over all sensors and controllers at the cost limit.
     pub needed: f64,
-    /// Of what reaches the controls, `DI(x -> u)`.
+    /// Weight of the information that the controller uses, `DI(x -> u)`.
     pub used: f64,
-    /// Of what the measurements give, `DI(x -> y)`.
+    /// Weight of the information that the sensors deliver, `DI(x -> y)`.
     pub measured: f64,
 }
 
-/// The kinds by name, in the order in which searches go on.
+/// The kinds by name, in the order in which searches proceed to the next.
 const KINDS: [(&str, InformationWeights); 3] = [
     ("needed", InformationWeights::NEEDED),
     ("used", InformationWeights::USED),
@@ -33,11 +33,11 @@ impl Default for InformationWeights {
 }
 
 impl InformationWeights {
-    /// The least that any sensors and any controller need.
+    /// The minimum information over all sensors and controllers.
     pub const NEEDED: Self = Self { needed: 1.0, used: 0.0, measured: 0.0 };
-    /// What reaches the controls.
+    /// Information that the controller uses.
     pub const USED: Self = Self { needed: 0.0, used: 1.0, measured: 0.0 };
-    /// What the measurements give.
+    /// Information that the sensors deliver.
     pub const MEASURED: Self = Self { needed: 0.0, used: 0.0, measured: 1.0 };
 
     /// Whether weights make a sum to minimise: finite, none negative, not all 0.
@@ -46,7 +46,7 @@ impl InformationWeights {
         all.iter().all(|weight| weight.is_finite() && *weight >= 0.0) && all.iter().any(|&weight| weight > 0.0)
     }
 
-    /// Where nothing is left to minimise: the next kind. None after what is measured.
+    /// The next kind, to be minimised once this one has reached zero; none after measured information.
     pub(crate) fn next(self) -> Option<Self> {
         match self {
             _ if self.measured > 0.0 => None,
@@ -55,13 +55,13 @@ impl InformationWeights {
         }
     }
 
-    /// The others, where what is needed is one kind of several.
+    /// The other weights, if needed information is one kind of several.
     pub(crate) fn without_needed(self) -> Option<Self> {
         let others = Self { needed: 0.0, ..self };
         (self.needed > 0.0 && others.are_valid()).then_some(others)
     }
 
-    /// The name of the kind that a search is after, where it is one of them alone.
+    /// The name of the kind that is minimised, if it is a single one.
     pub fn kind(&self) -> Option<&'static str> {
         KINDS.iter().find(|(_, weights)| weights == self).map(|&(name, _)| name)
     }
@@ -103,7 +103,7 @@ impl FromStr for InformationWeights {
 }
 
 impl InformationWeights {
-    /// As [`InformationWeights::from_str`] reads it.
+    /// The text that [`InformationWeights::from_str`] parses.
     pub fn argument(&self) -> String {
         let weighed = || self.weighed().map(|(name, weight)| format!("{name}={weight}")).collect::<Vec<_>>().join(",");
         self.kind().map_or_else(weighed, str::to_owned)

@@ -8,7 +8,7 @@ use supple_lqg::Regularisation;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanSettings {
-    /// How the reference trajectory and its feedback are chosen. `mode` is the same key, as older files have it.
+    /// How the reference trajectory and its feedback are chosen. Older files call this key `mode`.
     #[serde(alias = "mode")]
     pub plan: PlanMode,
     /// With `plan = "risk"`: sigma, 1 over the unit of cost. Positive values are risk-averse, negative values
@@ -69,7 +69,7 @@ pub enum PlanMode {
     Nominal,
     /// As in the paper: an average of runs with noise and a filter in the loop.
     Sampled,
-    /// The least expected cost, so that a plan seeks information where that pays.
+    /// The least expected cost, so that a plan gathers information where that lowers the cost.
     Belief,
     /// Minimises the expected exponential of the cost: a risk-averse or risk-seeking law.
     Risk,
@@ -104,7 +104,7 @@ impl std::fmt::Display for PlanMode {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CostCurvature {
-    /// All of them; Gauss-Newton's where with all of them the control law does not exist.
+    /// All of them; Gauss-Newton's if the control law does not exist with all of them.
     #[default]
     Auto,
     /// All of them.
@@ -234,7 +234,7 @@ impl PlanSettings {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanStatus {
-    /// The trajectory is stationary to the tolerance, of what the plan minimises. In sampled mode: runs hardly move the
+    /// The trajectory is stationary, to the tolerance, for the plan's objective. In sampled mode: runs hardly move the
     /// reference any more, which is far from stationary.
     Converged,
     /// The iterations were used up.
@@ -248,7 +248,7 @@ pub enum PlanStatus {
     TimeLimit,
     /// The control's curvature stays indefinite, however much it is regularised.
     Indefinite,
-    /// Limits that plans are to keep are exceeded, whatever that costs.
+    /// Limits that plans must keep are exceeded, however strongly that is penalised.
     LimitsExceeded,
 }
 

@@ -23,7 +23,7 @@ impl Controller {
         Ok(MonteCarlo::of(task, outcomes, predicted, rollouts.seed))
     }
 
-    /// The first sample of those of [`monte_carlo`](Self::monte_carlo), as it runs.
+    /// The first sample of [`monte_carlo`](Self::monte_carlo), recorded step by step.
     ///
     /// # Errors
     /// Where a covariance is indefinite.

@@ -15,30 +15,30 @@ pub struct FilterBatch {
     /// Covariances, in the corrected and predicted matrices of a belief.
     pub belief: Belief,
     knots: Knots,
-    /// What the last measurements said about the filters.
+    /// Innovations of the filters at the last measurements.
     pub innovations: Vec<Innovation>,
     /// Measurements to expect, length p.
     expected: Matrices,
-    /// States a step on, length n.
+    /// Predicted next states, length n.
     next: Matrices,
-    /// Controls where they do not matter.
+    /// Placeholder for controls where they do not matter.
     idle: Matrices,
     /// `V` at the estimates, p x p, where it varies with the state.
     variances: Matrices,
 }
 
-/// What a filter needs to know of the world.
+/// The model that a filter assumes.
 #[derive(Clone, Copy)]
 pub struct ExtendedKalman<'a> {
     /// The system.
     pub system: &'a dyn System,
     /// All parameters.
     pub phi: &'a [f64],
-    /// The noise, but for what varies with the state.
+    /// The noise, except for what varies with the state.
     pub noise: &'a Noise,
-    /// Into how many parts it divides each of the system's steps of integration; 1 for the steps that there are.
+    /// Number of parts into which it divides each of the system's integration steps; 1 leaves the steps as they are.
     pub parts: usize,
-    /// What varies with the state: at the estimate before the measurement, which a filter linearises at too.
+    /// State-dependent noise, evaluated at the estimate before the measurement, where the filter also linearises.
     pub varying: &'a [VaryingVariance],
 }
 
@@ -133,7 +133,7 @@ impl ExtendedKalman<'_> {
         variances
     }
 
-    /// Moves all filters on from step `t` under their controls.
+    /// Predicts all filters from step `t` to the next under their controls.
     pub fn predict(&self, t: usize, controls: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) {
         let FilterBatch { means, belief, knots, next, .. } = batch;
         let count = means.count();

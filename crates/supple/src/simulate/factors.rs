@@ -31,7 +31,7 @@ impl Factors {
         Ok(Self { order: covariance.rows(), each })
     }
 
-    /// That of step `t`.
+    /// The factor of step `t`.
     pub fn at(&self, t: usize) -> Factor<'_> {
         Factor { order: self.order, entries: &self.each[if self.each.len() == 1 { 0 } else { t }] }
     }

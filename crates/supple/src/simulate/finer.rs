@@ -1,4 +1,4 @@
-//! Roll-outs on a plant of finer steps: what remains of a plan's time step.
+//! Roll-outs on a plant with finer steps, which show the effect of the task's time step.
 
 use supple_kernels::{Matrices, Scratch};
 use supple_model::system::{Points, Times};
@@ -8,12 +8,12 @@ use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
 
-/// Into how many parts a plant of finer steps divides each of the task's, and a filter of finer steps those
-/// that have no sub-steps.
+/// Number of parts into which a plant with finer steps divides each step of the task, and a filter each step
+/// without sub-steps.
 pub(super) const PARTS: usize = 16;
 
-/// Repeats the first of the roll-outs on a plant of finer steps. None of models that do not choose how finely a step is
-/// integrated, and where one of these roll-outs diverged.
+/// Repeats the first of the roll-outs on a plant with finer steps. `None` for models whose integration steps cannot be
+/// refined, and if one of these roll-outs diverged.
 ///
 /// # Errors
 /// Where a covariance is indefinite.

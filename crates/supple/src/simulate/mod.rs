@@ -38,7 +38,7 @@ pub use statistics::{Consistency, Estimate, FinerSteps, MonteCarlo, TouchShare};
 pub(crate) use truth::Truth;
 pub use truth::{Plant, World};
 
-/// One run in closed loop; where it diverges, as far as that.
+/// One closed-loop run, up to the step where it diverges, if it does.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Seed of its noise.
@@ -62,18 +62,18 @@ pub struct Sample {
 /// Samples that run in step with one another.
 pub(crate) struct ClosedLoop {
     filters: FilterBatch,
-    /// Filters that know the plant, beside those of the controllers; they only count what measurements tell.
+    /// Filters that use the plant's model, in addition to the controllers' filters; they only count information.
     knowing: Option<FilterBatch>,
     /// True states.
     pub states: Matrices,
     controls: Matrices,
     measured: Matrices,
     random: Vec<ChaCha8Rng>,
-    /// What each sample has come to so far.
+    /// Result of each sample so far.
     pub outcomes: Vec<Outcome>,
-    /// Mean of the first state, as the filters believe.
+    /// Mean of the first state, as the filters assume it.
     first: Vec<f64>,
-    /// States a step on, length n.
+    /// Next true states, length n.
     next: Matrices,
     /// Cost of the step of each sample.
     stage_costs: Vec<f64>,
@@ -85,11 +85,11 @@ pub(crate) struct ClosedLoop {
 pub(crate) struct LoopSetting<'a> {
     pub task: &'a Task,
     pub plan: &'a Plan,
-    /// What the filter reckons with; its noise but for what varies with the state.
+    /// What the filter assumes; its noise excludes what varies with the state.
     pub believed: World<'a>,
-    /// What holds.
+    /// The true system.
     pub truth: Truth<'a>,
-    /// Factors of the noise that there is, but for what varies with the state.
+    /// Factors of the true noise, except for what varies with the state.
     pub factors: &'a NoiseFactors,
     /// The controller whose filter runs in place of the extended one.
     pub along: Option<&'a Controller>,
@@ -108,8 +108,8 @@ impl<'a> LoopSetting<'a> {
     fn knowing(&self) -> Option<Filter<'a>> {
         let Truth { system, phi, plant } = self.truth;
         let substeps = plant.and(system.substeps())?;
-        // Its error falls with the length of its steps, and the bits that this adds with its square: half of the plant's steps
-        // do where there are sub-steps, of which each takes its time.
+        // Its error falls linearly with its step length, and the bits that this adds quadratically; with sub-steps, each
+        // of which takes time, half of the plant's steps suffice.
         let parts = if substeps == 1 { PARTS } else { PARTS / 2 };
         let (noise, varying) = (self.believed.noise, &self.task.noise.varying[..]);
         Some(Filter::Extended(ExtendedKalman { system, phi, noise, parts, varying }))
@@ -212,7 +212,7 @@ impl ClosedLoop {
         Ok(())
     }
 
-    /// Draws the first states, and sets the filters to what they believe of them.
+    /// Draws the first states, and initialises the filters with the distribution that they assume.
     fn start(&mut self, setting: LoopSetting, (seed, first): (u64, u64)) {
         let LoopSetting { task, believed, truth: Truth { system, phi, .. }, factors, .. } = setting;
         self.random.clear();
@@ -246,7 +246,7 @@ impl ClosedLoop {
         let noise = setting.factors.measurement.at(t);
         let log_determinant = noise.log_determinant();
         for (sample, random) in self.random.iter_mut().enumerate() {
-            // What the measurement says is its likelihood given the state over that given the past.
+            // A measurement's information is its log-likelihood given the state minus that given the past.
             let squared = noise.add_sample(random, self.measured.vector_mut(sample));
             self.outcomes[sample].nats -= 0.5 * (log_determinant + squared);
         }
@@ -261,8 +261,8 @@ impl ClosedLoop {
         }
     }
 
-    /// Lets the filters of the controllers take in what was measured, at step `t`. What is no longer finite has diverged: it
-    /// starts anew beside the others, which it does not disturb, and no longer counts.
+    /// Lets the controllers' filters take in the measurement of step `t`. A sample that is not finite has diverged: it
+    /// restarts without disturbing the others, and no longer counts.
     fn correct(&mut self, filter: &Filter, setting: LoopSetting, (t, recorded): (usize, bool)) -> Result<(), Error> {
         for sample in 0..self.outcomes.len() {
             if !(is_finite(self.filters.means.vector(sample)) && is_finite(self.measured.vector(sample))) {
@@ -272,7 +272,7 @@ impl ClosedLoop {
         if recorded && self.outcomes[0].diverged {
             return Err(Error::NotFinite { what: "a run in closed loop", step: t });
         }
-        // Each sample is set aside once at most: where it begins again, its filter did not fail.
+        // Each sample is reset at most once: its filter did not fail at the state to which it is reset.
         let mut aside = 0;
         loop {
             let corrected = filter.correct(t, &self.measured, &mut self.filters, &mut self.scratch);
@@ -285,7 +285,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Lets the filters that know the plant take it in. Where one fails, only the bits of its sample are lost.
+    /// Updates the filters that use the plant's model. If one fails, only the bits of its sample are lost.
     fn tell(&mut self, knowing: &Filter, setting: LoopSetting, t: usize) -> Result<(), Error> {
         let Some(filters) = &mut self.knowing else { return Ok(()) };
         let mut lose = |filters: &mut FilterBatch, sample: usize| {
@@ -309,7 +309,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Counts what the filters' innovations say, and at some of the steps which contacts touch.
+    /// Accumulates statistics of the filters' innovations and, at some of the steps, of which contacts touch.
     fn count(&mut self, setting: LoopSetting, t: usize) {
         let LoopSetting { task, truth: Truth { system, phi, .. }, .. } = setting;
         let telling = self.knowing.as_ref().unwrap_or(&self.filters);
@@ -328,7 +328,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Counts a sample as diverged at step `t`, and puts it back to where it can be computed.
+    /// Counts a sample as diverged at step `t`, and resets it to a state where it can be computed.
     fn set_aside(&mut self, setting: LoopSetting, (t, sample): (usize, usize)) {
         let LoopSetting { task, believed, truth: Truth { system, phi, .. }, .. } = setting;
         self.outcomes[sample].diverged = true;
@@ -341,7 +341,7 @@ impl ClosedLoop {
         system.observe(t, self.states.vector(sample), phi, self.measured.vector_mut(sample));
     }
 
-    /// Applies the controls of step `t`, adds their cost, and moves the true states on.
+    /// Applies the controls of step `t`, adds their cost, and propagates the true states.
     fn act(&mut self, setting: LoopSetting, t: usize) {
         let LoopSetting { task, plan, truth, factors, .. } = setting;
         let stride = plan.policy.feedback.stride();
@@ -376,7 +376,7 @@ fn is_finite(values: &[f64]) -> bool {
     values.iter().all(|value| value.is_finite())
 }
 
-/// Steps at which roll-outs are looked at for contacts, about.
+/// Approximate number of steps at which roll-outs are checked for contacts.
 const LOOKED_AT: usize = 25;
 /// Samples that share a batch.
 pub(crate) const BATCH: usize = 32;
@@ -425,7 +425,7 @@ pub fn monte_carlo(
     Ok(MonteCarlo::of(task, outcomes, predicted, rollouts.seed))
 }
 
-/// Costs of roll-outs of a plan whose filter believes in one world while another one is true; infinite where they
+/// Costs of roll-outs of a plan whose filter assumes one world while another one is true; infinite where they
 /// diverge. The same samples for every plan, design and world: sample i draws from stream i of the seed.
 ///
 /// # Errors
@@ -449,7 +449,7 @@ fn sampled(
     Ok(batches.concat())
 }
 
-/// Runs all roll-outs in batches on all threads; of each batch only what `keep` keeps.
+/// Runs all roll-outs in batches on all threads; stores only what `keep` returns for each batch.
 pub(crate) fn in_batches<T: Send>(
     setting: LoopSetting,
     Rollouts { count, seed }: Rollouts,

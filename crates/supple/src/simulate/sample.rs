@@ -29,7 +29,7 @@ pub fn sample_number(
     sample_of(task, (plan, None), World { phi, noise }, number)
 }
 
-/// That of a plan, with the extended filter or that of a controller.
+/// A sample of a plan, with the extended filter or a controller's filter.
 pub(super) fn sample_of(
     task: &Task,
     (plan, along): (&Plan, Option<&Controller>),

@@ -8,7 +8,7 @@ use crate::problem::Task;
 /// 95 % of a normal variable are within so many standard deviations of its mean.
 const NORMAL_95: f64 = 1.96;
 
-/// What one roll-out came to.
+/// Result of one roll-out.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outcome {
     /// Its cost; infinite where it diverged.
@@ -19,7 +19,7 @@ pub(crate) struct Outcome {
     /// The logarithm of the likelihood of its measurements given the states over that given past measurements, by the filter
     /// that knows the plant best; NaN where that one failed.
     pub nats: f64,
-    /// Which contacts touched at any of the steps that were looked at.
+    /// Which contacts touched at any of the steps that were checked.
     pub touched: Vec<bool>,
 }
 
@@ -46,7 +46,7 @@ pub struct MonteCarlo {
     /// Mean cost less the predicted expected cost.
     #[serde(deserialize_with = "or_nan")]
     pub difference: f64,
-    /// Whether the filter's covariance is that of its errors; none in results of versions that did not look.
+    /// Whether the filter's covariance matches its errors; none in results of versions that did not check.
     #[serde(default)]
     pub consistency: Option<Consistency>,
     /// Information that the measurements of roll-outs gave, in bits; none of a single roll-out, where one diverged, and
@@ -56,8 +56,8 @@ pub struct MonteCarlo {
     /// Share of the roll-outs in which each contact touched, at 25 or so of their steps.
     #[serde(default)]
     pub touched: Vec<TouchShare>,
-    /// What they come to on a plant of finer steps; none of models that do not choose how finely a step is integrated, and
-    /// where it was not looked at.
+    /// Their results on a plant with finer steps; none for models whose integration steps cannot be refined, and
+    /// if they were not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finer: Option<FinerSteps>,
     /// Cost of every roll-out.
@@ -68,7 +68,7 @@ pub struct MonteCarlo {
     pub bits: Vec<f64>,
 }
 
-/// Roll-outs whose plant takes finer steps than the task: its own, and those of its controller and filter, are as long as
+/// Roll-outs whose plant takes finer steps than the task; the steps of its controller and filter are as long as
 /// before. Each has the noise of the roll-out of the same number on the task's own steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinerSteps {
@@ -98,13 +98,13 @@ pub struct FinerSteps {
     /// versions that did not look, and where [`MonteCarlo::realised_bits`] has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub realised_bits: Option<Estimate>,
-    /// That less the bits of the roll-outs of the same numbers on the task's own steps.
+    /// The difference from the bits of the roll-outs of the same numbers on the task's own steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bits_difference: Option<Estimate>,
 }
 
-/// The normalised innovation squared `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the
-/// filter's covariance is that of its errors, more where it is too sure, less where it is not sure enough (theory, equation
+/// Normalised squared innovations `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the
+/// filter's covariance is that of its errors, more if it is overconfident, less if it is underconfident (theory, equation
 /// I.12).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Consistency {
@@ -172,7 +172,7 @@ impl Estimate {
 }
 
 impl FinerSteps {
-    /// Outcomes on a plant of so many times finer steps beside costs and bits on the task's own.
+    /// Compares outcomes on a plant with `times` times finer steps with costs and bits on the task's own steps.
     pub(crate) fn of((task, times): (&Task, usize), outcomes: &[Outcome], (own, own_bits): (&[f64], &[f64])) -> Self {
         let count = own.len() as f64;
         let mean = |costs: &mut dyn Iterator<Item = f64>| costs.sum::<f64>() / count;

@@ -6,19 +6,19 @@ use supple_model::system::{Points, System};
 use crate::Error;
 use crate::problem::Task;
 
-/// How true states move on in place of a model: from the number of a step, states (vectors of length n) and controls
+/// Propagates true states in place of a model: from the number of a step, states (vectors of length n) and controls
 /// (vectors of length m) of all samples to their next states (vectors of length n). Numbers that are not finite are those
 /// of a sample that diverged.
 pub type Plant<'a> = &'a (dyn Fn(usize, &Matrices, &Matrices, &mut Matrices) + Sync);
 
-/// What holds in a roll-out, whatever its filter believes.
+/// The true system in a roll-out, whatever its filter assumes.
 #[derive(Clone, Copy)]
 pub(crate) struct Truth<'a> {
     /// Measurements, costs and contacts; the motion too, unless there is a plant.
     pub system: &'a dyn System,
     /// All parameters of the system.
     pub phi: &'a [f64],
-    /// How states move on, where it is not by the system.
+    /// Dynamics of the plant, if not those of the system.
     pub plant: Option<Plant<'a>>,
 }
 
@@ -37,7 +37,7 @@ impl<'a> Truth<'a> {
     }
 }
 
-/// Parameters and noise: as they are, or as a controller believes them to be.
+/// Parameters and noise: the true ones, or those that a controller assumes.
 #[derive(Clone, Copy, Debug)]
 pub struct World<'a> {
     /// All parameters.
@@ -47,7 +47,7 @@ pub struct World<'a> {
 }
 
 impl<'a> World<'a> {
-    /// Its noise but for what varies with the state, which every roll-out has at its own states.
+    /// Its noise, except for what varies with the state, which every roll-out evaluates at its own states.
     pub(crate) fn fixed_noise(self, task: &Task) -> Result<Cow<'a, Noise>, Error> {
         if task.noise.varying.is_empty() {
             return Ok(Cow::Borrowed(self.noise));

@@ -1,4 +1,4 @@
-//! Sizes, pivots and lengths at their edges, and what is refused.
+//! Edge cases of sizes, pivots and lengths, and inputs that must be rejected.
 
 use super::*;
 
@@ -112,7 +112,7 @@ fn lower_factors_solve_beside_themselves() {
                 (0..=i).for_each(|j| matrix.set(0, i, j, a.get(0, i, j)));
                 (0..cols).for_each(|j| matrix.set(0, i, first + j, b.get(0, i, j)));
             }
-            // The factor is made first, of the matrix alone: nothing beside it counts there.
+            // First compute the factor of the matrix alone: the columns beside it do not matter there.
             dispatch(Beside(&mut matrix, &mut other, n, kind));
             for (i, j) in (0..n).flat_map(|i| (0..cols).map(move |j| (i, j))) {
                 assert!((matrix.get(0, i, first + j) - other.get(0, i, j)).abs() < 1e-13, "{level:?} {n} {i} {j}");
@@ -224,10 +224,10 @@ fn transposes_of_oblong_matrices() {
     }
 }
 
-/// Kernels write through pointers: what is too short for what is asked of it must be refused.
+/// Kernels write through pointers: arguments too short for the requested operation must be rejected.
 #[test]
 fn numbers_that_are_not_there_are_refused() {
-    /// A product of 3 x 5 and 5 x 16, a scaled matrix of 3 x 16, or a solve of order 3, with so many numbers of each.
+    /// A product of 3 x 5 and 5 x 16, a scaled matrix of 3 x 16, or a solve of order 3, with buffers of these lengths.
     struct Short16<R>(usize, [usize; 4], R);
     impl<R: Rows> Job for Short16<R> {
         type Output = ();

@@ -1,4 +1,4 @@
-//! Quadratic forms of states and controls in many digits, without their controls.
+//! Eliminates the controls from quadratic forms of states and controls, in many digits.
 
 use super::matrix::{Matrix, by_rows};
 use super::wide::Wide;
@@ -45,15 +45,15 @@ impl<const K: usize> Symmetric<K> {
     }
 }
 
-/// A row of `U` in `U' c U`, whose weight is `c`.
+/// A row of `U` in `U' c U`, with its weight, an entry of the diagonal `c`.
 pub(super) struct Row<const K: usize> {
     pub control: usize,
     pub entries: Vec<Wide<K>>,
     pub weight: Wide<K>,
 }
 
-/// A control whose price is at most the first share of what it is summed from has none; above the second it has one;
-/// between the two more digits decide.
+/// A control whose price is at most the first share of the terms it is summed from has none; above the second it has one;
+/// in between, more digits are needed to decide.
 fn thresholds<const K: usize>() -> (f64, f64) {
     (2f64.powi(-48 * K.min(20) as i32), 2f64.powi(-(16 * K.min(60) as i32)))
 }
@@ -66,8 +66,8 @@ pub(super) enum Elimination {
 
 pub(super) type Eliminated<const K: usize> = (Vec<Row<K>>, Symmetric<K>, f64);
 
-/// Rows with `H - U' c U` without controls, the dearest control first; what is left; and how much of controls without a
-/// price is left out.
+/// Rows with `H - U' c U` free of the controls, most expensive control first; the remainder; and how much is left out for
+/// controls without a price.
 pub(super) fn eliminated<const K: usize>(
     mut left: Symmetric<K>,
     sizes: &Matrix,
@@ -111,7 +111,7 @@ pub(super) fn eliminated<const K: usize>(
         }
         rows.push(Row { control: k, entries, weight });
     }
-    // Those without a price change nothing at all, but for rounding.
+    // Controls without a price have no effect, up to rounding.
     for &k in &controls {
         if share(&left, k) < -priced {
             return Err(Elimination::Negative);
@@ -129,7 +129,7 @@ pub(super) fn eliminated<const K: usize>(
     Ok((rows, left, dropped))
 }
 
-/// `u = K x` at which every row is 0; 0 of controls without a price.
+/// `u = K x` at which every row is 0; 0 for controls without a price.
 pub(super) fn gains<const K: usize>(rows: &[Row<K>], n: usize, joint: usize) -> Vec<Vec<Wide<K>>> {
     let mut gains = vec![vec![Wide::ZERO; n]; joint - n];
     for row in rows.iter().rev() {

@@ -10,7 +10,7 @@ pub(crate) struct Sensor {
     pub variances: Vec<f64>,
 }
 
-/// What the filter of the sensors gives and costs.
+/// Information and cost of the sensors' Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Filtered {
     /// `sum 1/2 log |C Pbar C' + V| / |V|`, nats.
@@ -19,7 +19,7 @@ pub(crate) struct Filtered {
     pub price: f64,
 }
 
-/// That of a horizon from `X_0`, or none where the innovation is singular.
+/// The filter over a horizon from `X_0`; `None` if an innovation variance is not positive.
 pub(crate) fn over_horizon(stages: &[Stage], initial: &Matrix, sensors: &[Sensor]) -> Option<Filtered> {
     let (mut predicted, mut sum) = (initial.clone(), Filtered { nats: 0.0, price: 0.0 });
     for (t, (stage, sensor)) in stages.iter().zip(sensors).enumerate() {
@@ -38,7 +38,7 @@ fn predict(posterior: &Matrix, stage: &Stage) -> Matrix {
     Matrix::from_fn(n, n, |i, j| 0.5 * (carried.at(i, j) + carried.at(j, i)) + stage.process.at(i, j))
 }
 
-/// One measurement after the other, which needs no inverse: `P - P c c' P / (c' P c + v)`.
+/// One measurement at a time, which needs no inverse: `P - P c c' P / (c' P c + v)`.
 fn correct(predicted: &Matrix, stage: &Stage, sensor: &Sensor) -> Option<(Filtered, Matrix)> {
     let n = predicted.rows;
     let (mut p, mut nats) = (predicted.clone(), 0.0);
@@ -51,8 +51,8 @@ fn correct(predicted: &Matrix, stage: &Stage, sensor: &Sensor) -> Option<(Filter
             return None;
         }
         nats += 0.5 * math::ln_1p((known / variance).max(0.0));
-        // Joseph's form, (I - k c') P (I - c k') + k v k': where little is left of much, (I - k c') takes the rounding of
-        // one factor along with it, and what is left is the last term.
+        // Joseph form, (I - k c') P (I - c k') + k v k': where the measurement removes most of P, (I - k c') reduces the
+        // rounding error of the first product as well, and only the last term remains.
         let gain: Vec<f64> = along.iter().map(|a| a / innovation).collect();
         let once = Matrix::from_fn(n, n, |i, j| p.at(i, j) - gain[i] * along[j]);
         let along_once: Vec<f64> = (0..n).map(|i| (0..n).map(|j| once.at(i, j) * c(j)).sum()).collect();

@@ -1,4 +1,4 @@
-//! A problem in coordinates of a point of the dual: computed in so many digits that only rounding to intervals is left.
+//! A problem in coordinates of a dual point, with enough digits that only the rounding to intervals remains.
 
 use super::given::{Dual, DualStep, Given, next};
 use super::interval::Interval;
@@ -6,10 +6,10 @@ use super::matrix::{Enclosure, Matrix};
 use super::wide::Wide;
 use super::wides::Wides;
 
-/// Couplings of coordinates that are left out may be this large, relatively.
+/// The largest relative coupling allowed for coordinates that are left out.
 const ROUNDING: f64 = 1e-9;
 
-/// Words of the numbers in which coordinates are changed.
+/// The number of words of each number when changing coordinates.
 pub(super) const WORDS: usize = 2;
 
 /// The unit of their rounding.
@@ -19,9 +19,9 @@ const UNIT: f64 = 1.0 / (1u128 << (64 * WORDS - 2)) as f64;
 pub(super) struct Frames {
     /// Each decision.
     pub locals: Vec<Local>,
-    /// `X_0`, where there is one.
+    /// `X_0`; `None` if the only decision repeats.
     pub initial: Option<Enclosure>,
-    /// How far, relatively, the numbers of these are from those given: 0 where no coordinate is left out.
+    /// Relative distance of these numbers from those given: 0 if no coordinate is left out.
     pub distance: f64,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Local {
 }
 
 impl Frames {
-    /// Those of the coordinates of a dual point; why there are none otherwise.
+    /// Transforms a problem to the coordinates of a dual point; otherwise the reason why that failed.
     pub fn new(given: &Given, dual: &Dual) -> Result<Self, String> {
         let count = given.stages.len();
         let mut distance = 0.0f64;
@@ -88,7 +88,7 @@ impl Known {
         Self { middle: Wides::new(a), off: Matrix::from_fn(a.rows, a.cols, |_, _| 0.0) }
     }
 
-    /// Off by as much as `radius` says, where it says anything.
+    /// With the errors given by `radius`, if any.
     fn of(a: &Matrix, radius: &Matrix) -> Self {
         if radius.rows == 0 { Self::exactly(a) } else { Self { middle: Wides::new(a), off: radius.clone() } }
     }
@@ -97,7 +97,7 @@ impl Known {
         let middle = self.middle.times(&other.middle);
         let (one, two) = (self.middle.magnitude(), other.middle.magnitude());
         let wide = Matrix::from_fn(two.rows, two.cols, |i, j| two.at(i, j) + other.off.at(i, j));
-        // Each entry is a sum of so many rounded products.
+        // Each entry is a sum of rounded products, as many as `two` has rows.
         let rounding = 2.0 * (two.rows + 2) as f64 * UNIT;
         let (by_one, by_two, size) = (self.off.times(&wide), one.times(&other.off), one.times(&two));
         // These sums are rounded too.
@@ -111,7 +111,7 @@ impl Known {
         Self { middle: self.middle.transpose(), off: self.off.transpose() }
     }
 
-    /// `self` middle `self'`.
+    /// `self middle self'`.
     fn around(&self, middle: &Self) -> Self {
         self.times(middle).times(&self.transpose())
     }
@@ -126,7 +126,7 @@ impl Known {
     }
 }
 
-/// Coordinates `[E, N, C]`: those of the dual point, those that no price sees, and those that are known.
+/// Coordinates `[E, N, C]`: of the dual point, those that do not affect the cost, and those that are known.
 struct Frame {
     basis: Known,
     reader: Known,
@@ -151,14 +151,14 @@ impl Frame {
         Ok(Self { basis, reader, rank: step.basis.cols, unseen: step.unseen.cols, basis_size, reader_size })
     }
 
-    /// How much a price sees of what it should not.
+    /// How much of the price lies in coordinates that should have none.
     fn unpriced(&self, price: &Known, given: &Matrix) -> f64 {
         let sizes = self.basis_size.transpose().times(&given.abs()).times(&self.basis_size);
         let columns = self.rank..self.rank + self.unseen;
         share(price, &sizes, (0..sizes.rows).flat_map(|i| columns.clone().map(move |j| (i, j))))
     }
 
-    /// How much of `E` and `N` at the step before leads out of `E` and `N` here, and of `N` out of `N`.
+    /// How much of `E` and `N` at the previous step maps outside `E` and `N` here, and of `N` outside `N`.
     fn left_out(&self, carried: &Known, before: &Self, given: &Matrix) -> f64 {
         let sizes = self.reader_size.times(&given.abs()).times(&before.basis_size);
         let (here, there) = (self.rank + self.unseen, before.rank + before.unseen);
@@ -167,7 +167,7 @@ impl Frame {
         share(carried, &sizes, lost.chain(seen))
     }
 
-    /// How much noise reaches what counts as known.
+    /// How much noise reaches the coordinates that count as known.
     fn undriven(&self, noise: &Known, given: &Matrix) -> f64 {
         let sizes = self.reader_size.times(&given.abs()).times(&self.reader_size.transpose());
         let kept = self.rank + self.unseen;
@@ -175,7 +175,7 @@ impl Frame {
     }
 }
 
-/// The largest of some entries beside the largest that any was summed from: all coordinates are of one size.
+/// The largest of some entries relative to the largest terms summed in any: all coordinates have the same scale.
 fn share(of: &Known, sizes: &Matrix, places: impl Iterator<Item = (usize, usize)>) -> f64 {
     let largest = sizes.entries.iter().fold(0.0, |a: f64, &b| a.max(b));
     let size = |(i, j): (usize, usize)| {
@@ -185,7 +185,7 @@ fn share(of: &Known, sizes: &Matrix, places: impl Iterator<Item = (usize, usize)
     if found == 0.0 { 0.0 } else { found / largest }
 }
 
-/// The inverse: `X + (I - R)^-1 R X` with `R = I - X G`; `None` if that is not known to exist.
+/// The inverse: `X + (I - R)^-1 R X` with `R = I - X G`; `None` if the inverse is not proved to exist.
 fn inverse(g: &Known) -> Option<Known> {
     let n = g.off.rows;
     let identity = Wides::<WORDS>::identity(n);
@@ -208,7 +208,7 @@ fn inverse(g: &Known) -> Option<Known> {
     Some(Known { off, ..near })
 }
 
-/// Unit vectors that complete independent columns to a basis: rows that elimination with pivots does not use.
+/// Unit vectors that complete independent columns to a basis: one for each row that pivoted elimination does not use.
 pub(super) fn others(columns: &Matrix) -> Matrix {
     let (n, r) = (columns.rows, columns.cols);
     let mut work = columns.clone();

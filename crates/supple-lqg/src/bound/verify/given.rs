@@ -1,15 +1,15 @@
-//! What a proof starts from: the problem as given, and coordinates of a point of the dual.
+//! Input of a proof: the problem as given, and the coordinates of a dual point.
 
 use super::interval::Interval;
 use super::matrix::Matrix;
 
-/// A problem as given: `x+ = A x + w` over T decisions, or one that repeats, and what not knowing the state costs.
+/// A problem as given: `x+ = A x + w` over T decisions, or one that repeats, with the cost of state uncertainty.
 pub(crate) struct Given {
     /// `A_t`, `W_t` after each decision, and `Theta_t`: T of them.
     pub stages: Vec<Stage>,
     /// `X_0`; `None` if the only stage repeats for ever.
     pub initial: Option<Matrix>,
-    /// What the covariances may cost.
+    /// The highest cost that the covariances may incur.
     pub budget: Interval,
 }
 
@@ -18,7 +18,7 @@ pub(crate) struct Stage {
     pub dynamics: Matrix,
     pub process: Matrix,
     pub price: Matrix,
-    /// How far each entry of the price may be from this one; `None` if it is exact.
+    /// A bound on the error of each entry of the price; `None` if it is exact.
     pub radius: Option<Matrix>,
 }
 
@@ -27,11 +27,11 @@ pub(crate) struct Dual {
     pub steps: Vec<DualStep>,
 }
 
-/// Those of one decision.
+/// The coordinates of one decision.
 pub(crate) struct DualStep {
-    /// `E`, n x r: the covariance beside it is `E E'`.
+    /// `E`, n x r: the covariance at the dual point is `E E'`.
     pub basis: Matrix,
-    /// States that no price ever sees, n x k.
+    /// States that never affect the cost, n x k.
     pub unseen: Matrix,
 }
 

@@ -1,4 +1,4 @@
-//! That a point of the dual proves a lower bound of the least information (theory, equation L.30).
+//! Proof of a lower bound on the minimum information from a dual point (theory, equation L.30).
 
 use super::frame::Frames;
 use super::given::{Dual, Given, next};
@@ -6,26 +6,26 @@ use super::interval::Interval;
 use super::law::STOPPED;
 use super::matrix::{Enclosure, Matrix, enclosed};
 
-/// What is proved.
+/// A proved bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Proved {
     /// Nats, over all decisions, that any sensors and any controller need at least.
     pub nats: f64,
-    /// How far, relatively, the numbers that it is proved for are from those given: 0 where no coordinate is left out.
+    /// Relative distance of the numbers for which it is proved from those given: 0 if no coordinate is left out.
     pub distance: f64,
 }
 
-/// Shares by which the covariance is enlarged so that slopes are positive in spite of rounding.
+/// Shares by which the covariance is enlarged so that slopes are positive despite rounding.
 const ENLARGED: [f64; 8] = [0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 
-/// The problem in coordinates of dual points that share them, of which each proves a bound.
+/// The problem in coordinates shared by several dual points, each of which may prove a bound.
 pub(crate) struct Proving<'a> {
     given: &'a Given,
     frames: Frames,
 }
 
 impl<'a> Proving<'a> {
-    /// In the coordinates of a dual point; why there are none otherwise.
+    /// In the coordinates of a dual point; otherwise the reason why that failed.
     pub fn new(given: &'a Given, dual: &Dual) -> Result<Self, String> {
         if given.stages.len() != dual.steps.len() || given.stages.is_empty() {
             return Err("the dual point has the wrong number of decisions".into());
@@ -33,7 +33,7 @@ impl<'a> Proving<'a> {
         Ok(Self { given, frames: Frames::new(given, dual)? })
     }
 
-    /// The best bound that a point in the same coordinates proves, by its price and multipliers, or why it proves none.
+    /// The best bound that the dual point with this price and these multipliers proves, or the reason why it proves none.
     pub fn information(
         &self,
         price: f64,
@@ -66,7 +66,7 @@ impl<'a> Proving<'a> {
         }
     }
 
-    /// The dual's value, with covariances `(1 + share) E E'` beside it; why it is none otherwise.
+    /// The dual value at the covariances `(1 + share) E E'`; otherwise the reason why it proves nothing.
     fn value(&self, price: f64, multipliers: &[Enclosure], share: f64) -> Result<f64, String> {
         let Frames { locals, initial, .. } = &self.frames;
         let given = self.given;
@@ -114,9 +114,9 @@ impl<'a> Proving<'a> {
 /// A positive definite matrix `M` with `X M X' = I + R`, `X` a rounded inverse of its Cholesky factor.
 struct Factored {
     inverse_root: Enclosure,
-    /// At most `log |M|`.
+    /// A lower bound on `log |M|`.
     log_least: Interval,
-    /// `M^-1 - this X'X` is positive semidefinite.
+    /// A factor `c` for which `M^-1 - c X'X` is positive semidefinite.
     least_share: Interval,
 }
 
@@ -146,7 +146,7 @@ impl Factored {
         Some(Self { inverse_root, log_least, least_share: Interval::point(least_share.low) })
     }
 
-    /// At most `Tr(M^-1 w)`, of a positive semidefinite `w`.
+    /// A lower bound on `Tr(M^-1 w)` for a positive semidefinite `w`.
     fn trace_of_inverse(&self, w: &Enclosure) -> Interval {
         let whitened = self.inverse_root.around(w);
         let trace = (0..whitened.rows).fold(Interval::ZERO, |sum, i| sum + whitened.at(i, i));

@@ -1,12 +1,12 @@
-//! Intervals with outward rounding: every result holds all that the operation gives on numbers of its operands.
+//! Intervals with outward rounding: every result contains all results of the operation on numbers in its operands.
 
 use std::ops::{Add, Mul, Neg, Sub};
 use supple_kernels::math;
 
-/// Products below this may have lost bits that [`f64::mul_add`] cannot tell.
+/// Products below this may have lost bits that [`f64::mul_add`] cannot recover.
 const TINY: f64 = 1e-280;
 
-/// Rounding of the logarithm of the platform, in units of the last place, with a margin.
+/// Rounding error of the platform's logarithm, relative, with a margin.
 const LOG_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The numbers from `low` to `high`.
@@ -16,7 +16,7 @@ pub(crate) struct Interval {
     pub high: f64,
 }
 
-/// The greatest number that is at most `a + b`, and the least that is at least it, each to one unit in the last place.
+/// `a + b` rounded down and rounded up, each to one unit in the last place.
 #[inline(always)]
 fn sums(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -109,7 +109,7 @@ impl Mul for Interval {
     fn mul(self, other: Self) -> Self {
         let (a, b) = (products(self.low, other.low), products(self.low, other.high));
         let (c, d) = (products(self.high, other.low), products(self.high, other.high));
-        // A product that is not a number must not vanish in a minimum.
+        // A NaN product must not be lost when taking the minimum.
         let sum = a.0 + b.0 + c.0 + d.0;
         if sum.is_nan() {
             return Self { low: f64::NEG_INFINITY, high: f64::INFINITY };

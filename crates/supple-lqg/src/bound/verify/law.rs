@@ -1,5 +1,5 @@
-//! The least expected cost of a linear system over a horizon with the state known, from both sides, and the prices of
-//! not knowing it (theory, equation L.31), in as many digits as it takes.
+//! Upper and lower bounds on the least expected cost of a linear system over a horizon with the state known, and the prices
+//! of state uncertainty (theory, equation L.31), in as many digits as needed.
 
 use super::elimination::{Elimination, Row, Symmetric, eliminated, gains};
 use super::interval::Interval;
@@ -14,7 +14,7 @@ pub(crate) struct Along {
     pub last: Matrix,
     /// `X_0`.
     pub initial: Matrix,
-    /// What is paid in any case, as far as rounding leaves it known.
+    /// The cost that is incurred in any case, as an interval that covers rounding.
     pub nominal: Interval,
 }
 
@@ -26,17 +26,17 @@ pub(crate) struct AlongStep {
     pub process: Matrix,
 }
 
-/// What is proved of the optimal law.
+/// Proved properties of the optimal law.
 #[derive(Clone, Debug)]
 pub(crate) struct Law {
     /// The least expected cost with the state known.
     pub least: Interval,
-    /// `Theta_t`: every controller pays `sum Tr(Theta_t P_t)` more than the lower end of `least`.
+    /// `Theta_t`: every controller costs at least `sum Tr(Theta_t P_t)` more than the lower end of `least`.
     pub prices: Vec<Matrix>,
-    /// How far the entries of these may be from those for which that is proved.
+    /// Bounds on the distance of these entries from those for which that is proved.
     pub radii: Vec<Matrix>,
-    /// How far, relatively, the costs for which it is proved are from those given: 0 unless a control has a price that is
-    /// 0, or negative, but for rounding.
+    /// Relative distance of the costs for which it is proved from those given: 0 unless the price of a control is, up to
+    /// rounding, 0 or negative.
     pub distance: f64,
 }
 
@@ -44,27 +44,27 @@ pub(crate) struct Law {
 enum Failure {
     /// More digits may help.
     Digits,
-    /// They may, or the cost of the controls at this step is not convex.
+    /// More digits may help, or the cost of the controls at this step is not convex.
     Indefinite(usize),
     Stopped,
 }
 
-/// The widest least cost that counts as known, relative to what it is summed from.
+/// The largest width at which the least cost counts as known, relative to the terms that it is summed from.
 const SHARP: f64 = 1e-14;
 
-/// The rounding of an entry of a cost that was computed, relatively.
+/// Relative rounding error of an entry of a computed cost.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// Multiplications of words that may be spent on more digits: a minute or so.
 const MOST_WORK: f64 = 3e10;
 
-/// Why what was stopped is not proved.
+/// The reason reported when the computation was stopped.
 pub(super) const STOPPED: &str = "the computation was stopped";
 
-/// The law, by 128 bits and more where the two sides of the least cost do not meet; why it is not proved otherwise.
+/// The law, in 128 bits, or more if the bounds on the least cost differ; otherwise why it is not proved.
 ///
-/// Costs that are semidefinite, as `q q'`, are so no longer once their entries are rounded. Where controls would lower such
-/// a cost without end, the law is that of the cost with a diagonal that is greater by what rounding explains.
+/// Semidefinite costs such as `q q'` are no longer so once their entries are rounded. If controls could lower such
+/// a cost without limit, the law is that for the cost with its diagonal raised by as much as rounding can explain.
 pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, String> {
     let (failure, reason) = match of_costs(along, is_stopped) {
         Ok(law) => return Ok(law),
@@ -110,7 +110,7 @@ fn of_costs(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, (Failur
 }
 
 impl Along {
-    /// With a diagonal of every cost that is greater by what the rounding of its entries may have taken, and by how much,
+    /// The problem with the diagonal of every cost raised by what rounding of its entries may have removed, and by how much,
     /// relatively.
     fn raised(&self) -> (Self, f64) {
         let joint = self.steps.first().map_or(0, |step| step.cost.rows);
@@ -128,14 +128,14 @@ impl Along {
     }
 }
 
-/// Words of the numbers of sweeps, more where fewer do not suffice, as far as the work allows.
+/// Numbers of words to try in sweeps: more if fewer do not suffice, as far as the work allows.
 fn widths(n: usize, joint: usize, steps: usize) -> impl Iterator<Item = u32> {
     let products = 4.0 * (joint * joint * n * steps) as f64;
     [2, 4, 16, 64].into_iter().take_while(move |&words| words == 2 || products * f64::from(words * words) <= MOST_WORK)
 }
 
-/// A lower bound on `V`, where `x'Vx / 2` is the least cost of so many equal steps whatever the state after them; none where
-/// as many digits as [`law`] may take do not determine it.
+/// A lower bound on `V`, where `x'Vx / 2` is the least cost of `steps` equal steps, whatever the final state; none if the
+/// precision that [`law`] may use does not determine it.
 ///
 /// # Errors
 /// That it was stopped.
@@ -162,10 +162,10 @@ pub(super) fn paid_within(
 
 /// A sweep backwards from the end.
 struct Sweep<const K: usize> {
-    /// `S` of a law that every controller pays at least, and of one that some controller pays at most.
+    /// `S` as a lower bound on the cost-to-go of every controller, and as an upper bound on that of one controller.
     below: Symmetric<K>,
     above: Symmetric<K>,
-    /// Twice the least cost from both sides, and the absolute values of what they are summed from.
+    /// Twice the two bounds on the least cost, and the sums of the absolute values of their terms.
     sums: [Wide<K>; 2],
     sizes: [f64; 2],
     /// The largest entry that is left out, relatively.
@@ -212,7 +212,7 @@ impl<const K: usize> Sweep<K> {
         Ok(Law { least, prices, radii, distance: sweep.distance })
     }
 
-    /// What a covariance costs at this step.
+    /// Adds the cost of a covariance at this step to both bounds.
     fn add(&mut self, covariance: &Matrix) {
         for (side, s) in [&self.below, &self.above].into_iter().enumerate() {
             let (sum, size) = s.dot(covariance);
@@ -221,7 +221,7 @@ impl<const K: usize> Sweep<K> {
         }
     }
 
-    /// The least cost, where both sides meet.
+    /// The least cost as an interval, if its two bounds are close enough.
     fn least(&self, along: &Along) -> Result<Interval, Failure> {
         let count = (along.steps.len() + 1) * along.last.rows * along.last.rows;
         let half = Interval::point(0.5);
@@ -234,24 +234,24 @@ impl<const K: usize> Sweep<K> {
         let (below, above) = (end(0), end(1));
         let least = Interval { low: below.low, high: above.high };
         let size = 0.5 * self.sizes[1] + along.nominal.magnitude();
-        // More digits do not narrow what is paid in any case.
+        // More digits do not narrow the cost incurred in any case.
         let given = along.nominal.high - along.nominal.low;
         let is_sharp = least.high - least.low - given <= SHARP * size + f64::MIN_POSITIVE * 8.0;
         if is_sharp { Ok(least) } else { Err(Failure::Digits) }
     }
 
-    /// One step back; the prices and how far they are rounded.
+    /// One step back; returns the prices and their rounding errors.
     fn back(&mut self, step: &AlongStep, t: usize) -> Result<(Matrix, Matrix), Failure> {
         let (n, joint) = (step.dynamics.rows, step.cost.rows);
         let cost = Symmetric::new(&step.cost);
         let h = plus_carried(&cost, step, &self.below);
         let sizes = sizes(step, &self.below, None);
-        // Each entry is a sum of so many rounded products.
+        // Each entry is a sum of at most this many rounded products.
         let terms = (n * n + 2 * joint + 16) as f64;
         if !is_finite(&sizes) {
             return Err(Failure::Digits);
         }
-        // A little is left out, in every direction, for the rounding of all that follows.
+        // Subtract a little in every direction, to cover the rounding of all that follows.
         let lowered = Symmetric::from_fn(joint, |i, j| {
             if i == j { h.at(i, j) - margin::<K>(sizes.at(i, i), terms, joint) } else { h.at(i, j) }
         });
@@ -261,7 +261,7 @@ impl<const K: usize> Sweep<K> {
         })?;
         self.distance = self.distance.max(dropped);
         let below = Symmetric::from_fn(n, |i, j| left.at(i, j));
-        // `H - diag(S, 0) - U' c U` must be positive semidefinite: what was left out is.
+        // The remainder `H - diag(S, 0) - U' c U` must be positive semidefinite.
         let rest = |i: usize, j: usize| {
             let mut sum = if i < n && j < n { h.at(i, j) - below.at(i, j) } else { h.at(i, j) };
             for row in &rows {
@@ -283,7 +283,7 @@ impl<const K: usize> Sweep<K> {
         if !is_finite(&squares) || !is_dominated(&kept, rest, |i, j| error::<K>(squares.at(i, j), terms)) {
             return Err(Failure::Digits);
         }
-        // The regulator of these rows, and what it pays.
+        // The regulator given by these rows, and its cost.
         let gains = gains(&rows, n, joint);
         let above = self.paid(&cost, step, &gains).ok_or(Failure::Digits)?;
         let half = Wide::power_of_two(-1);
@@ -299,7 +299,7 @@ impl<const K: usize> Sweep<K> {
         Ok((price, radius))
     }
 
-    /// What a law pays from here on: `[I; K]' (L + F' S F) [I; K]`, rounded up.
+    /// The cost-to-go of a law: `[I; K]' (L + F' S F) [I; K]`, rounded up.
     fn paid(&self, cost: &Symmetric<K>, step: &AlongStep, gains: &[Vec<Wide<K>>]) -> Option<Symmetric<K>> {
         let (n, joint) = (step.dynamics.rows, step.cost.rows);
         let h = plus_carried(cost, step, &self.above);
@@ -320,17 +320,17 @@ impl<const K: usize> Sweep<K> {
     }
 }
 
-/// The unit of rounding, a power of 2; 0 where that is below the floating-point numbers.
+/// The unit of rounding, a power of 2; 0 if it is below the range of floating-point numbers.
 fn unit<const K: usize>() -> f64 {
     2f64.powi(2 - 64 * K.min(16) as i32)
 }
 
-/// At most this is an entry off that is summed from absolute values of this size.
+/// An upper bound on the error of an entry summed from absolute values of this size.
 fn error<const K: usize>(size: f64, terms: f64) -> Wide<K> {
     Wide::new(size * terms) * Wide::power_of_two(2 - 64 * K as i64)
 }
 
-/// What an entry of the diagonal is changed by, for the errors of all entries beside it: well above them.
+/// The change of a diagonal entry that covers the errors of all entries in its row, with a large margin.
 fn margin<const K: usize>(size: f64, terms: f64, joint: usize) -> Wide<K> {
     error(64.0 * size * (joint * joint) as f64, terms)
 }
@@ -369,8 +369,8 @@ fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symme
     h
 }
 
-/// Sums of absolute values that the entries of `L + F' S F` are at most, or of `[I; K]' (L + F' S F) [I; K]`, and some
-/// more.
+/// Upper bounds on the sums of absolute values of the terms in the entries of `L + F' S F`, or of
+/// `[I; K]' (L + F' S F) [I; K]`.
 fn sizes<const K: usize>(step: &AlongStep, s: &Symmetric<K>, gains: Option<&[Vec<Wide<K>>]>) -> Matrix {
     let (n, joint) = (step.dynamics.rows, step.cost.rows);
     let (f, s) = (step.dynamics.abs(), Matrix::from_fn(n, n, |i, j| s.at(i, j).magnitude()));
@@ -384,15 +384,15 @@ fn sizes<const K: usize>(step: &AlongStep, s: &Symmetric<K>, gains: Option<&[Vec
     Matrix::from_fn(n, n, |i, j| 1.01 * all.at(i, j))
 }
 
-/// Whether every symmetric matrix within these errors of one is positive semidefinite, as its diagonal is larger than all
-/// beside it, in units in which its diagonal is about 1.
+/// Whether every symmetric matrix within these errors of the given one is positive semidefinite: its diagonal must dominate
+/// all other entries in its row, once scaled to a diagonal of about 1.
 fn is_dominated<const K: usize>(
     kept: &[usize],
     entry: impl Fn(usize, usize) -> Wide<K>,
     error: impl Fn(usize, usize) -> Wide<K>,
 ) -> bool {
     let diagonal: Vec<Wide<K>> = kept.iter().map(|&i| entry(i, i) - error(i, i)).collect();
-    // Nothing that is not exactly 0 stands beside what is.
+    // Beside a diagonal entry of exactly 0, all entries must be exactly 0.
     let is_nothing = |i: usize| entry(i, i).is_zero() && error(i, i).is_zero();
     // `d_i = 1 / sqrt(e_ii)`, as a power of 2.
     let exponents: Vec<i64> = diagonal.iter().map(|d| -d.exponent().div_euclid(2)).collect();
@@ -405,7 +405,7 @@ fn is_dominated<const K: usize>(
             return kept.iter().enumerate().filter(|(b, _)| *b != a).all(|one| beside(one).is_zero());
         }
         let sum = kept.iter().enumerate().filter(|(b, _)| *b != a).map(beside).fold(Wide::ZERO, |sum, one| sum + one);
-        // Twice the sum, for the rounding of the sum itself.
+        // Twice the sum, to allow for rounding in the sum itself.
         (diagonal[a] * Wide::power_of_two(2 * exponents[a]) - sum * Wide::new(2.0)).is_positive()
     })
 }

@@ -1,4 +1,4 @@
-//! Matrices of intervals, and what proofs need of them.
+//! Matrices of intervals, and the operations that proofs need.
 
 use std::iter::repeat_n;
 
@@ -21,7 +21,7 @@ pub(crate) struct Enclosure {
     pub entries: Vec<Interval>,
 }
 
-/// Entries by rows, each row with the length that `lengths` gives. Proofs make dozens of matrices, so this is compiled once
+/// Entries by rows, each row with the length that `lengths` gives. Called in dozens of places, so it is compiled once
 /// for all of them.
 pub(super) fn by_rows<T>(lengths: &mut dyn Iterator<Item = usize>, entry: &dyn Fn(usize, usize) -> T) -> Vec<T> {
     let mut entries = Vec::new();
@@ -70,7 +70,7 @@ impl Matrix {
         Self::from_fn(self.rows, self.cols, |i, j| self.at(i, j).abs())
     }
 
-    /// `self` beside `other`.
+    /// The columns of `self` followed by those of `other`.
     pub fn beside(&self, other: &Self) -> Self {
         Self::from_fn(self.rows, self.cols + other.cols, |i, j| {
             if j < self.cols { self.at(i, j) } else { other.at(i, j - self.cols) }
@@ -138,7 +138,7 @@ impl Enclosure {
         Self::from_fn(self.rows, self.cols, |i, j| self.at(i, j) * by)
     }
 
-    /// `self` middle `self'`.
+    /// `self middle self'`.
     pub fn around(&self, middle: &Self) -> Self {
         self.times(middle).times(&self.transpose())
     }
@@ -157,8 +157,8 @@ impl Enclosure {
         self.entries.iter().zip(&other.entries).fold(Interval::ZERO, |sum, (a, b)| sum + *a * *b)
     }
 
-    /// Whether every symmetric matrix in it is positive semidefinite, proved: in units in which its diagonal is about 1,
-    /// less a rounded `g g'` of its middle, what is left has a diagonal that is larger than all else in its rows.
+    /// Whether every symmetric matrix in it is proved positive semidefinite: scaled to a diagonal of about 1, and less a
+    /// rounded `g g'` of its middle, the remainder must be diagonally dominant.
     pub fn is_positive_semidefinite(&self) -> bool {
         let n = self.rows;
         // Powers of 2: nothing rounds.
@@ -177,7 +177,7 @@ impl Enclosure {
         }) || one.is_dominated()
     }
 
-    /// Whether each entry of the diagonal is at least the sum of the absolute values beside it, in rows and columns.
+    /// Whether each diagonal entry is at least the sum of absolute values of the others in its row, and in its column.
     fn is_dominated(&self) -> bool {
         (0..self.rows).all(|i| {
             let beside = |entry: &dyn Fn(usize) -> Interval| {
@@ -196,7 +196,7 @@ impl Enclosure {
     }
 }
 
-/// Near `1 / sqrt(size)`, a power of 2; 1 where there is none.
+/// A power of 2 near `1 / sqrt(size)`; 1 if there is none.
 fn near_root(size: f64) -> f64 {
     let exponent = -0.5 * math::log2(size);
     if exponent.abs() < 500.0 { 2f64.powi(exponent.round() as i32) } else { 1.0 }

@@ -1,8 +1,8 @@
-//! Proofs of what is printed, that share nothing with the search: intervals with outward rounding, from the problem as
-//! given and a point of the dual (theory, "Proof").
+//! Proofs of the printed bounds that share no code with the search: interval arithmetic with outward rounding, starting
+//! from the problem as given and a dual point (theory, "Proof").
 //!
-//! Nothing here uses the rest of the library. The search, its reductions and its linear algebra may be wrong in any way;
-//! then a bound is not proved, or a worse one is.
+//! Nothing here uses the rest of the library. If the search, its reductions or its linear algebra are wrong,
+//! a bound is not proved, or a weaker one is.
 
 mod elimination;
 mod filter;

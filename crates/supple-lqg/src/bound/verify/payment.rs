@@ -1,4 +1,4 @@
-//! That what a regulator prices is paid for (theory, "Proof").
+//! Proves that every price of a regulator is paid (theory, "Proof").
 
 use super::interval::Interval;
 use super::law::{AlongStep, STOPPED, paid_within};
@@ -10,27 +10,27 @@ use super::wides::Wides;
 /// Directions of `S` below this share, in units of its diagonal, have no price.
 const NO_PRICE: f64 = 1e-40;
 
-/// Below this share coordinates of the states themselves are not those in which prices are compared.
+/// Below this share, prices are not compared in coordinates of the states themselves.
 const ILL_CONDITIONED: f64 = 1e-9;
 
-/// Numbers below this share of what they are summed from are 0.
+/// Numbers below this share of the terms that they are summed from count as 0.
 const ZERO: f64 = 1e-12;
 
-/// `c` of `V >= c S`. Any number above 0 would do.
+/// Values of `c` to try in `V >= c S`; any positive one suffices.
 const SHARES: [f64; 4] = [1e-8, 1e-14, 1e-20, 1e-28];
 
-/// By this share of their sizes costs of states are lowered: nothing counts as paid that rounding of the cost may have
-/// made.
+/// The share of their magnitude by which state costs are lowered: nothing may count as paid that only rounding of the
+/// cost created.
 const LOWERED: f64 = 1e-10;
 
-/// Steps within which states are to be paid for.
+/// Maximum number of steps within which states must incur their cost.
 const MOST_STEPS: usize = 150;
 
-/// By how much the cost, relatively, must change so that the optimal regulator is exact, `Theta` is its price, and every
+/// The relative change of the cost after which the optimal regulator is exact, `Theta` is its price, and every
 /// price is paid.
 ///
 /// # Errors
-/// Why that could not be proved.
+/// The reason why that could not be proved.
 pub(crate) fn steady_law_distance(
     dynamics: &Matrix,
     cost: &Matrix,
@@ -51,14 +51,14 @@ pub(crate) fn steady_law_distance(
     })?
 }
 
-/// Proves that every state that the `S` of a regulator prices is paid for within some steps, whatever the controls do:
+/// Proves that every state with a cost in the `S` of a regulator incurs it within some steps, whatever the controls do:
 /// `V >= c S`, where `x'Vx / 2` is the least cost of these steps. Then `x'Sx` of a controller with a finite average cost is
-/// finite on average, and it pays at least `1/2 Tr(S W) + Tr(Theta P)` per step.
+/// finite on average, and its cost is at least `1/2 Tr(S W) + Tr(Theta P)` per step.
 ///
-/// Returns by how much numbers differ, relatively, from those for which that is proved: 0 if `S` prices all directions.
+/// Returns the relative distance of the numbers from those for which that is proved: 0 if `S` prices all directions.
 ///
 /// # Errors
-/// Why it could not be proved.
+/// The reason why it could not be proved.
 fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() -> bool) -> Result<f64, String> {
     let roots = Roots::new(&law.s);
     let r = roots.rows.rows;
@@ -76,13 +76,13 @@ fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() ->
     }
 }
 
-/// `R` of `S = R' c R`, `c` being diagonal and from 1 to 4, without directions that have no price.
+/// `R` of `S = R' c R`, with a diagonal `c` whose entries are from 1 to 4, without directions that have no price.
 struct Roots<const K: usize> {
     rows: Wides<K>,
     weights: Vec<Wide<K>>,
     /// The columns of its pivots.
     places: Vec<usize>,
-    /// The least pivot, and what is left of `S`, relatively.
+    /// The least pivot and the largest remaining entry of `S`, both relative.
     least: f64,
     left: f64,
 }
@@ -106,7 +106,7 @@ impl<const K: usize> Roots<K> {
             }
             least = least.min(of(k));
             let pivot = left.at(k, k);
-            // Powers of 2 near its root.
+            // Half the pivot's exponent, to scale by a power of 2 near its square root.
             let half = (pivot.exponent() + 1).div_euclid(2);
             let is_rounding = |i: usize| share(&left, i, k).abs() <= NO_PRICE;
             let along = |i: usize| if places.contains(&i) || is_rounding(i) { Wide::ZERO } else { left.at(i, k) };
@@ -123,17 +123,17 @@ impl<const K: usize> Roots<K> {
     }
 }
 
-/// A system of the states that `S` prices.
+/// The system restricted to the states that have a cost in `S`.
 struct Priced {
     step: AlongStep,
     s: Enclosure,
-    /// By columns, coordinates in which `S` is about the identity.
+    /// Coordinates, as columns, in which `S` is about the identity.
     units: Matrix,
     distance: f64,
 }
 
 impl Priced {
-    /// As given, where `S` prices all directions.
+    /// The system as given, if `S` prices all directions.
     fn all<const K: usize>(law: &Regulated<K>, roots: &Roots<K>) -> Result<Self, String> {
         let n = law.dynamics.rows;
         let units = basis(roots)?;
@@ -142,12 +142,12 @@ impl Priced {
         Ok(Self { step: quiet(law.dynamics.clone(), law.given.clone()), s, units, distance: 0.0 })
     }
 
-    /// In coordinates `xi = R x` and controls `u = K x + v` by the regulator: what stands beside them, `eta`, neither costs
-    /// anything nor moves them, but for rounding. `R` is that of the roots, or the same in units of some of the states:
-    /// zeros of the matrices given are zeros there.
+    /// In coordinates `xi = R x` and controls `u = K x + v` of the regulator: the remaining states, `eta`, have no cost
+    /// and do not affect these, up to rounding. `R` is that of the roots, or the same in units of some of the states:
+    /// this preserves the zeros of the given matrices.
     fn some<const K: usize>(law: &Regulated<K>, roots: &Roots<K>, of_states: bool) -> Result<Self, String> {
         let (n, joint, r) = (law.dynamics.rows, law.dynamics.cols, roots.rows.rows);
-        // `z = (x, u)` of `(xi, eta, v)`.
+        // The map from `(xi, eta, v)` to `z = (x, u)`.
         let mut basis = basis(roots)?;
         let mut rows = roots.rows.clone();
         let mut s = Enclosure::from_fn(r, r, |i, j| if i == j { interval(roots.weights[i]) } else { Interval::ZERO });
@@ -208,7 +208,7 @@ impl Priced {
         Ok(Self { step: quiet(dynamics, cost), s, units, distance })
     }
 
-    /// How far the numbers are from those for which `V >= c S` within some steps from `first`.
+    /// Relative distance of the numbers from those for which `V >= c S` holds within a number of steps, at least `first`.
     fn paid_distance(mut self, first: usize, is_stopped: &dyn Fn() -> bool) -> Result<f64, String> {
         let shares = |below: &Enclosure| {
             SHARES.into_iter().any(|share| {
@@ -277,19 +277,19 @@ mod tests {
         let law = law.rounded(&Matrix::identity(2));
         let distance = steady_law_distance(&dynamics, &cost, &law.price, &|| false);
         assert!(distance.as_ref().is_ok_and(|&distance| distance < 1e-14), "{distance:?}");
-        // Twice the price is not what the law pays.
+        // Doubling the price must make the proof fail.
         let dearer = Matrix::from_fn(2, 2, |i, j| 2.0 * law.price.at(i, j));
         assert!(steady_law_distance(&dynamics, &cost, &dearer, &|| false).is_err());
     }
 
-    /// `c'x` costs and the control does not; with `c'x` held at 0 the states grow by 1.875 per step, at no cost.
+    /// Only `c'x` has a cost, the control has none; with `c'x` held at 0 the states grow by 1.875 per step, at no cost.
     #[test]
     fn motions_without_a_cost_may_grow_and_need_not_be_stopped() {
         let dynamics = Matrix { rows: 2, cols: 3, entries: vec![0.0, 1.0, 0.0, 0.3, -0.7, 1.1] };
         let c = [-1.875 * 0.75, 0.75, 0.0];
         let cost = Matrix::from_fn(3, 3, |i, j| c[i] * c[j]);
         let least = Matrix::from_fn(2, 2, |i, j| c[i] * c[j]);
-        // Steps from the identity lead to the regulator that keeps the states bounded, and pays for it.
+        // Steps from the identity converge to the regulator that keeps the states bounded, at a higher cost.
         let mut bounded = Matrix::identity(2);
         for _ in 0..300 {
             let carried = dynamics.transpose().times(&bounded).times(&dynamics);
@@ -325,7 +325,7 @@ mod tests {
         assert!(found_of(&all).is_err());
     }
 
-    /// The search for the regulator and the sweeps of its payment ask at every step; nothing follows a stop.
+    /// The search for the regulator and the sweeps of its payment check for a stop at every step; nothing runs after a stop.
     #[test]
     fn a_stop_ends_the_proof_of_payment_at_the_next_step() {
         let dynamics = Matrix { rows: 2, cols: 3, entries: vec![0.0, 1.0, 0.0, 0.3, -0.7, 1.1] };

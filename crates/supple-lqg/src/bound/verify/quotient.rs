@@ -1,20 +1,20 @@
-//! A system without states that cost nothing but for rounding: that of another one nearby, whose states cost nothing.
+//! A system without the states that cost nothing up to rounding: exact for a nearby system in which they cost nothing.
 
 use super::matrix::Matrix;
 use super::wide::Wide;
 use super::wides::Wides;
 
-/// Words of the numbers in which it is made and compared.
+/// The number of words of the numbers with which it is computed and compared.
 const WORDS: usize = 4;
 
-/// What their rounding is, relatively, and some more.
+/// Their relative rounding error, with a margin.
 const ROUNDING: f64 = 1e-60;
 
-/// Coordinates `xi = R x` of `x+ = F z + w`, `z = (x, u)`, that are among those of `x` where the others are 0.
+/// Coordinates `xi = R x` of `x+ = F z + w`, `z = (x, u)`: they equal the `kept` states if the other states are 0.
 pub(crate) struct Quotient {
     /// `R`, r x n.
     rows: Matrix,
-    /// The states that these coordinates are where the others are 0, r of them.
+    /// The r states that these coordinates equal if the other states are 0.
     kept: Vec<usize>,
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct Fewer {
 }
 
 impl Quotient {
-    /// That of some rows; `None` if they do not hold the identity.
+    /// From the rows of `R`; `None` if these do not contain the identity.
     pub fn new(rows: &Matrix) -> Option<Self> {
         let (r, n) = (rows.rows, rows.cols);
         let is_unit = |i: usize, j: usize| (0..r).all(|k| rows.at(k, j) == f64::from(u8::from(i == k)));
@@ -38,12 +38,12 @@ impl Quotient {
         Some(Self { rows: rows.clone(), kept })
     }
 
-    /// The states that `R` is the identity of.
+    /// The states in which `R` is the identity.
     pub fn kept(&self) -> &[usize] {
         &self.kept
     }
 
-    /// `M`, n x (n - r), with `R M = 0`: what stands beside `xi`, by columns that are the identity in the other states.
+    /// `M`, n x (n - r), with `R M = 0`: the directions left out, by columns that are the identity in the other states.
     pub fn beside(&self) -> Matrix {
         let n = self.rows.cols;
         let others: Vec<usize> = (0..n).filter(|j| !self.kept.contains(j)).collect();
@@ -53,7 +53,7 @@ impl Quotient {
         })
     }
 
-    /// The places of `(xi, u)` in `z`.
+    /// The indices of `(xi, u)` in `z`.
     fn places(&self, joint: usize) -> Vec<usize> {
         self.kept.iter().copied().chain(self.rows.cols..joint).collect()
     }
@@ -88,8 +88,8 @@ impl Quotient {
         Matrix::from_fn(r, r, |i, j| price.at(self.kept[i], self.kept[j]))
     }
 
-    /// How far the numbers of a system are from those of one that is exactly this in `xi`, so that what stands beside `xi`
-    /// neither moves it nor costs anything: each beside what it is summed from.
+    /// How far a system is from one that is exactly this in `xi`, so that the directions left out
+    /// neither affect it nor cost anything: each entry relative to the terms it is summed from.
     pub fn distance(&self, fewer: &Fewer, dynamics: &Matrix, cost: &Matrix, process: &Matrix) -> f64 {
         let both = self.both(dynamics.cols);
         let moved = share(&self.rows, dynamics, &fewer.dynamics, &both);
@@ -108,7 +108,7 @@ impl Quotient {
         self.difference(price, &self.price(price), &self.rows)
     }
 
-    /// How far a form is from one of `rows z`.
+    /// Relative distance of a quadratic form from one that depends on `rows z` alone.
     fn difference(&self, whole: &Matrix, fewer: &Matrix, rows: &Matrix) -> f64 {
         let wide = Wides::<WORDS>::new(rows);
         let form = wide.transpose().times(&Wides::new(fewer)).times(&wide);
@@ -117,7 +117,7 @@ impl Quotient {
         largest(&Wides::new(whole), &form, &size)
     }
 
-    /// Whether what stands beside `xi` is exactly nothing to it.
+    /// Whether the directions left out have exactly no effect on `xi`.
     pub fn is_exact(&self, dynamics: &Matrix, cost: &Matrix) -> bool {
         debug_assert_eq!(cost.rows, dynamics.cols);
         let of_states = |a: &Matrix| Matrix::from_fn(a.rows, self.rows.cols, |i, j| a.at(i, j));
@@ -128,7 +128,7 @@ impl Quotient {
     }
 }
 
-/// How far `R F` is from `F_xi diag(R, I)`.
+/// Relative distance of `R F` from `F_xi diag(R, I)`.
 fn share(rows: &Matrix, dynamics: &Matrix, fewer: &Matrix, both: &Matrix) -> f64 {
     let whole = Wides::<WORDS>::new(rows).times(&Wides::new(dynamics));
     let led = Wides::new(fewer).times(&Wides::new(both));
@@ -137,7 +137,7 @@ fn share(rows: &Matrix, dynamics: &Matrix, fewer: &Matrix, both: &Matrix) -> f64
     largest(&whole, &led, &size)
 }
 
-/// The largest difference of entries beside their sizes.
+/// The largest difference of entries relative to their sizes.
 fn largest(one: &Wides<WORDS>, other: &Wides<WORDS>, size: &Matrix) -> f64 {
     let mut largest = 0.0f64;
     for i in 0..size.rows {
@@ -156,7 +156,7 @@ fn largest(one: &Wides<WORDS>, other: &Wides<WORDS>, size: &Matrix) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two masses on a line: where both are counts for nothing, but for the last digit of a decimal.
+    /// Two masses on a line: their common position costs nothing, except for the last digit of a decimal.
     #[test]
     fn what_is_left_out_is_nothing_but_rounding() {
         let rows = Matrix { rows: 1, cols: 2, entries: vec![1.0, -1.0] };

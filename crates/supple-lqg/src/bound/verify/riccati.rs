@@ -4,12 +4,12 @@ use super::wides::Wides;
 
 /// `X <- Q + A'X (I + G X)^-1 A`, some number of steps at once.
 ///
-/// The equation is best one beside a value that steps already led to, where its closed loop `A` is stable: beside 0 it may
+/// Best applied to the deviation from a value already reached, where the closed loop `A` is stable: starting from 0 it may
 /// grow, and digits are lost.
 pub(super) struct Steps<const K: usize> {
     a: Wides<K>,
     g: Wides<K>,
-    /// What they lead to from 0.
+    /// The result of these steps from 0.
     pub from_zero: Wides<K>,
 }
 
@@ -32,7 +32,7 @@ impl<const K: usize> Steps<K> {
         })
     }
 
-    /// The closed loop of all steps is below 2 to the power of this.
+    /// The exponent of a power of 2 that bounds the closed loop of all steps.
     pub fn growth(&self) -> i64 {
         let entries = self.a.entries.iter().filter(|entry| !entry.is_zero());
         entries.map(|entry| entry.exponent()).max().unwrap_or(i64::MIN)

@@ -9,34 +9,34 @@ use super::wide::Wide;
 use super::wides::Wides;
 use supple_kernels::math;
 
-/// Steps before their number is doubled, beside one for every state.
+/// Single steps before doubling begins, in addition to one for every state.
 const FIRST_STEPS: usize = 30;
 
 /// Doublings of the number of steps at most.
 const DOUBLINGS: usize = 50;
 
-/// A filter is steady when two doublings in a row change what it gives and costs by less than this, relatively.
+/// A filter is steady when two successive doublings change its information and cost by less than this, relatively.
 const SETTLED: f64 = 1e-14;
 
-/// What two numbers of digits agree to, relatively.
+/// The relative difference within which results with two different numbers of digits must agree.
 const AGREED: f64 = 1e-11;
 
-/// How much larger than the covariance that is claimed the one is that the filter starts from: were that claim nearly
-/// steady and no more, modes that hardly decay would seem to have settled.
+/// The factor by which the filter starts above the claimed covariance: starting at a claim that is only nearly
+/// steady, modes that hardly decay would seem to have settled.
 const LARGER: f64 = 2.0;
 
 /// The steady state of a sensor's filter.
 pub(crate) struct Steady {
-    /// What it gives and costs at every step.
+    /// Its information and cost at every step.
     pub filtered: Filtered,
     /// The covariance before the measurement.
     pub predicted: Matrix,
 }
 
-/// The steady state of a sensor's filter near a covariance `E E'`, in coordinates of `E`: none where it has none, or
-/// rounding leaves it unknown, and once it is stopped.
+/// The steady state of a sensor's filter near a covariance `E E'`, in coordinates of `E`: `None` if there is none, if
+/// rounding leaves it uncertain, or once it is stopped.
 ///
-/// The other coordinates are states that no price ever sees and states that are known, as in the proof of the lower
+/// The other coordinates are states that never affect the cost and states that are known, as in the proof of the lower
 /// bound.
 pub(crate) fn steady(stage: &Stage, step: &DualStep, sensor: &Sensor, is_stopped: &dyn Fn() -> bool) -> Option<Steady> {
     if sensor.variances.iter().any(|variance| !(*variance > 0.0 && variance.is_finite())) {
@@ -93,9 +93,9 @@ impl<'a, const K: usize> Local<'a, K> {
         })
     }
 
-    /// Where `P <- A (P^-1 + G)^-1 A' + W`, `G = C' V^-1 C`, leads to: some steps, and from there on their number is
-    /// doubled. In the closed loop of a filter that knows that they are uncertain, modes that grow without noise do not
-    /// grow.
+    /// The limit of `P <- A (P^-1 + G)^-1 A' + W`, `G = C' V^-1 C`: takes some steps, then doubles their
+    /// number. In the closed loop of a filter with this covariance, modes that grow without noise are
+    /// stable.
     fn steady(&self, is_stopped: &dyn Fn() -> bool) -> Option<Steady> {
         let n = self.dynamics.rows;
         let precision = self.precision();
@@ -131,7 +131,7 @@ impl<'a, const K: usize> Local<'a, K> {
         None
     }
 
-    /// One step, and `(I + P G)^-1`: what is left of an error once measured.
+    /// One step, and `(I + P G)^-1`: the factor that the measurement leaves of an error.
     fn step(&self, p: &Wides<K>, precision: &Wides<K>) -> Option<(Wides<K>, Wides<K>)> {
         let identity = Wides::identity(p.rows);
         let kept = identity.plus(&p.times(precision)).solve(&identity)?;
@@ -147,7 +147,7 @@ impl<'a, const K: usize> Local<'a, K> {
         rows.transpose().times(&weighted).symmetric()
     }
 
-    /// What one measurement after the other gives, and what is left costs.
+    /// Information of the sequential measurements, and cost of the remaining covariance.
     fn corrected(&self, predicted: &Wides<K>) -> Option<Filtered> {
         let n = predicted.rows;
         let (mut p, mut nats) = (predicted.clone(), 0.0);

@@ -1,4 +1,4 @@
-//! The optimal regulator of a system that does not change, in as many digits as it takes (theory, equations L.14 and L.31).
+//! The optimal regulator of a time-invariant system, in as many digits as necessary (theory, equations L.14 and L.31).
 
 use super::elimination::{Row, Symmetric, eliminated, gains};
 use super::matrix::Matrix;
@@ -6,22 +6,22 @@ use super::riccati::Steps;
 use super::wide::Wide;
 use super::wides::Wides;
 
-/// Doublings of the number of steps at most, and those that it mostly takes.
+/// Maximum number of doublings, and the usual number.
 const DOUBLINGS: usize = 110;
 const MOSTLY: usize = 40;
 
-/// Steps are at their limit when the last doubling changes the cost of no state by more than these powers of 2, relatively:
-/// at once, and where there are no more doublings or digits.
+/// The limit is reached when the last doubling changes the cost of no state by more than these powers of 2, relatively:
+/// to stop at once, and to accept when doublings or digits are exhausted.
 const EXACT: i32 = -100;
 const STEADY: i32 = -36;
 
-/// A cost that so many powers of 2 are above its first steps grows without limit.
+/// A cost that exceeds that of the first steps by this power of 2 grows without limit.
 const UNBOUNDED: i64 = 400;
 
-/// Entries below this power of 2 of what they are summed from, per word, are 0.
+/// Entries below this power of 2, per word, relative to the terms that they are summed from, are 0.
 const NOTHING: i32 = -32;
 
-/// The same of the cost of a state beside that of the dearest.
+/// The same for the cost of a state relative to that of the most expensive one.
 const FREE: i32 = -44;
 
 /// How far, relatively, the cost is from one for which the law is exact and every price is paid.
@@ -32,9 +32,9 @@ const MOST_WORK: f64 = 3e9;
 
 /// The optimal regulator of `x+ = F z + w` with the cost `1/2 z' L z` per step of `z = (x, u)`.
 pub(crate) struct SteadyLaw {
-    /// `S`: `x'Sx / 2` is what a state costs beyond the average.
+    /// `S`: `x'Sx / 2` is the cost-to-go of a state beyond the average cost.
     pub s: Matrix,
-    /// `Theta`: what not knowing the state costs.
+    /// `Theta`: the cost of state uncertainty.
     pub price: Matrix,
     /// `1/2 Tr(S W)`: the cost per step with the state known.
     pub least: f64,
@@ -45,7 +45,7 @@ pub(crate) struct SteadyLaw {
 /// Why there is no regulator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unsettled {
-    /// Its cost grows without limit, or for longer than is tried.
+    /// Its cost grows without limit, or has not converged after the maximum number of steps.
     Grows,
     /// Rounding leaves it unknown.
     Digits,
@@ -68,7 +68,7 @@ pub(crate) fn steady_law(
     first(widths(dynamics), of)
 }
 
-/// What the fewest words determine.
+/// The result with the fewest words that determine it.
 pub(super) fn first<T>(
     mut widths: impl Iterator<Item = u32>,
     of: impl Fn(u32) -> Result<T, Unsettled>,
@@ -86,18 +86,18 @@ pub(super) fn widths(dynamics: &Matrix) -> impl Iterator<Item = u32> {
     [4, 16, 64].into_iter().take_while(move |&words| words == 4 || products * f64::from(words * words) <= MOST_WORK)
 }
 
-/// A system with an `S` that a step back leads to itself, but for rounding.
+/// A system with an `S` that one step back maps to itself, up to rounding.
 pub(super) struct Regulated<'a, const K: usize> {
     pub dynamics: &'a Matrix,
     /// `L` as given.
     pub given: &'a Matrix,
-    /// `L` that is semidefinite in spite of rounding.
+    /// `L`, made semidefinite despite rounding.
     pub cost: Wides<K>,
     pub s: Wides<K>,
-    /// `L + F'S F`, and the absolute values that its entries are summed from.
+    /// `L + F'S F`, and the sums of absolute values of the terms of its entries.
     form: Wides<K>,
     sizes: Matrix,
-    /// `U' c U` of the controls, and what is left of the form without it.
+    /// The rows of `U' c U` for the controls, and the remainder of the form.
     pub rows: Vec<Row<K>>,
     left: Wides<K>,
 }
@@ -130,7 +130,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
         Some(Self { dynamics, given, cost, s, form, sizes, rows, left })
     }
 
-    /// The limit of steps from 0: those of as many steps as there are states give every control its price, and from there on
+    /// The limit of steps from 0: as many steps as there are states give every control its price; from there on
     /// their number is doubled.
     pub fn least(dynamics: &'a Matrix, given: &'a Matrix, is_stopped: &dyn Fn() -> bool) -> Result<Self, Unsettled> {
         let n = dynamics.rows;
@@ -149,7 +149,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
         for _ in 0..DOUBLINGS {
             go_on()?;
             let next = steps.twice().ok_or(Unsettled::Digits)?;
-            // More than so much growth takes digits from what is 0.
+            // More growth than this loses the digits of entries that are 0.
             if next.growth() > 6 * i64::from(K as u32) {
                 break;
             }
@@ -175,11 +175,11 @@ impl<'a, const K: usize> Regulated<'a, K> {
             let s = Wides::from_fn(n, n, |i, j| if costs(i) && costs(j) { s.at(i, j) } else { Wide::ZERO });
             return step(step(s)?.left);
         }
-        // Digits that were lost to growth may tell.
+        // More digits might make up for those lost to growth.
         Err(if steps.growth() > 2 * i64::from(K as u32) { Unsettled::Digits } else { Unsettled::Grows })
     }
 
-    /// `A + B K`, and `B (Q_uu)^-1 B'`, of controls that have a price.
+    /// `A + B K`, and `B (Q_uu)^-1 B'`, for the controls that have a price.
     fn closed_loop(&self) -> Option<(Wides<K>, Wides<K>)> {
         let n = self.dynamics.rows;
         let a = Wides::from_fn(n, n, |i, j| Wide::new(self.dynamics.at(i, j)));
@@ -192,7 +192,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
         Some((a.plus(&removed), b.times(&both.columns(n, n)).symmetric()))
     }
 
-    /// `u = K x`, by controls.
+    /// `u = K x`, one row for each control.
     pub fn gains(&self) -> Wides<K> {
         let (n, joint) = (self.dynamics.rows, self.dynamics.cols);
         let gains = gains(&self.rows, n, joint);
@@ -205,7 +205,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
         sum * Wide::power_of_two(-1)
     }
 
-    /// The root of the sizes of two entries of the diagonal.
+    /// The geometric mean of the sizes of two diagonal entries.
     fn size(&self, i: usize, j: usize) -> f64 {
         self.sizes.at(i, i).sqrt() * self.sizes.at(j, j).sqrt()
     }
@@ -230,8 +230,8 @@ impl<'a, const K: usize> Regulated<'a, K> {
         }
     }
 
-    /// States `x` with `U_x A^k x = 0` for all `k`, by columns: what rows that are reduced as in Gauss and Jordan's
-    /// elimination leave free.
+    /// States `x` with `U_x A^k x = 0` for all `k`, as columns: the null space of these rows after Gauss-Jordan
+    /// elimination.
     fn unpriced(&self) -> Matrix {
         let n = self.dynamics.rows;
         let a = Wides::from_fn(n, n, |i, j| Wide::new(self.dynamics.at(i, j)));
@@ -278,8 +278,8 @@ impl<'a, const K: usize> Regulated<'a, K> {
         })
     }
 
-    /// By how much `L`, relatively, must change so that `L + F'S F - diag(S, 0) = U' c U` and `Theta = 1/2 U_x' c U_x`
-    /// exactly: then every controller pays `1/2 Tr(W S) + Tr(Theta P)` at a step, beyond what `S` changes by.
+    /// The relative change of `L` after which `L + F'S F - diag(S, 0) = U' c U` and `Theta = 1/2 U_x' c U_x` hold
+    /// exactly: then every controller costs at least `1/2 Tr(W S) + Tr(Theta P)` per step, beyond the change of `x'Sx / 2`.
     pub fn distance(&self, price: &Matrix) -> Result<f64, String> {
         let (n, joint) = (self.dynamics.rows, self.dynamics.cols);
         let words = i32::try_from(K.min(15)).unwrap_or(15);
@@ -313,8 +313,8 @@ impl<'a, const K: usize> Regulated<'a, K> {
     }
 }
 
-/// A cost without directions that cost something by rounding: `sum row row' / pivot` of its own rows. One that is exactly
-/// semidefinite stays as it is.
+/// A cost without the directions that cost something only by rounding: `sum row row' / pivot` of its rows. A cost that is
+/// exactly semidefinite stays as it is.
 fn semidefinite<const K: usize>(given: &Matrix) -> Wides<K> {
     let n = given.rows;
     let whole = Wides::<K>::new(given).symmetric();
@@ -333,7 +333,7 @@ fn semidefinite<const K: usize>(given: &Matrix) -> Wides<K> {
         kept = kept.plus(&taken);
         left = left.plus(&taken.scaled(-Wide::power_of_two(0)));
     }
-    // What is kept of an exact one is rounded in its last digits; it is better taken as it is.
+    // An exact one would be rounded in its last digits; keep it as it is.
     let is_exact = (0..n * n).all(|place| {
         let size = (whole.at(place / n, place / n) * whole.at(place % n, place % n)).magnitude().sqrt();
         left.entries[place].magnitude() <= size * nothing::<K>()
@@ -341,13 +341,13 @@ fn semidefinite<const K: usize>(given: &Matrix) -> Wides<K> {
     if is_exact { whole } else { kept }
 }
 
-/// States that cost less than this cost nothing, whatever their units.
+/// States that cost less than this count as costing nothing, whatever their units.
 fn free<const K: usize>(s: &Wides<K>) -> f64 {
     let largest = (0..s.rows).map(|i| s.at(i, i).magnitude()).fold(0.0, f64::max);
     largest * 2f64.powi(FREE * i32::try_from(K.min(20)).unwrap_or(20))
 }
 
-/// Entries below this share of what they are summed from are 0.
+/// Entries below this share of the terms that they are summed from count as 0.
 pub(super) fn nothing<const K: usize>() -> f64 {
     2f64.powi(NOTHING * i32::try_from(K.min(24)).unwrap_or(24))
 }
@@ -383,7 +383,7 @@ mod tests {
         assert!(law.is_err_and(|why| why == Unsettled::Grows));
     }
 
-    /// A state that never costs anything, in other coordinates: its price is not even that of rounding.
+    /// A state that never costs anything, in other coordinates: not even rounding gives it a price.
     #[test]
     fn states_that_cost_nothing_have_no_price() {
         // z1+ = .75 z1 + u, z2+ = 3 z2 + z1; only z1 costs; x = (z1 + z2, z2).

@@ -1,11 +1,11 @@
-//! Numbers of many digits: where the rounding of 53 bits grows until nothing is left.
+//! Extended-precision numbers, for computations in which rounding to 53 bits would leave no correct digits.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// `± 0.m 2^exponent` with a mantissa `m` of `64 K` bits, the first of which is set; 0 has none.
+/// `± 0.m 2^exponent` with a mantissa `m` of `64 K` bits, whose leading bit is set, except for 0.
 ///
-/// A product is cut off towards 0, by less than `2^(2 - 64 K)` of itself. A sum is off by less than that share of the
-/// sum of the absolute values of its terms.
+/// A product is truncated towards 0, by less than `2^(2 - 64 K)` of its value. The error of a sum is less than that share of
+/// the sum of the absolute values of its terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wide<const K: usize> {
     negative: bool,
@@ -47,7 +47,7 @@ impl<const K: usize> Wide<K> {
         !self.negative && !self.is_zero()
     }
 
-    /// The number is below `2^exponent`; 0 of 0.
+    /// The exponent: the absolute value is below `2^exponent`; 0 for the number 0.
     pub fn exponent(self) -> i64 {
         self.exponent
     }
@@ -59,17 +59,17 @@ impl<const K: usize> Wide<K> {
     /// The floating-point number nearest to it; 0 or infinite beyond their range.
     pub fn rounded(self) -> f64 {
         let sign = if self.negative { -1.0 } else { 1.0 };
-        // What the words below hold decides where the first is half-way between two numbers.
+        // The lower words break ties, where the first word is half-way between two floating-point numbers.
         let rest = u64::from(self.words[..K - 1].iter().any(|&word| word != 0));
         sign * scaled((self.words[K - 1] | rest) as f64, self.exponent - 64)
     }
 
-    /// A floating-point number that its absolute value is not above.
+    /// A floating-point number that is at least the absolute value.
     pub fn magnitude(self) -> f64 {
         if self.is_zero() { 0.0 } else { self.rounded().abs().next_up().next_up() }
     }
 
-    /// Floating-point numbers around it, for what is at most `slack` away.
+    /// Floating-point bounds on all numbers within `slack` of it.
     pub fn around(self, slack: f64) -> (f64, f64) {
         let middle = self.rounded();
         // What is cut off is below the last place.
@@ -77,7 +77,7 @@ impl<const K: usize> Wide<K> {
         ((middle - radius).next_down(), (middle + radius).next_up())
     }
 
-    /// Near `1 / self`, which must not be 0; the error is a few units of the last place.
+    /// Approximately `1 / self`, for a number other than 0; the error is a few units in the last place.
     pub fn inverse(self) -> Self {
         let of_mantissa = Self { negative: false, exponent: 0, ..self };
         // Between 1 and 2.
@@ -91,7 +91,7 @@ impl<const K: usize> Wide<K> {
         Self { negative: self.negative, exponent: inverse.exponent - self.exponent, ..inverse }
     }
 
-    /// The order of the absolute values.
+    /// Compares the absolute values.
     fn compare(&self, other: &Self) -> std::cmp::Ordering {
         match (self.is_zero(), other.is_zero()) {
             (true, true) => std::cmp::Ordering::Equal,
@@ -115,7 +115,7 @@ impl<const K: usize> Wide<K> {
         out
     }
 
-    /// With the first bit set.
+    /// Shifted so that the leading bit is set.
     fn normalised(negative: bool, mut exponent: i64, words: [u64; K]) -> Self {
         let Some(first) = (0..K).rev().find(|&i| words[i] != 0) else { return Self::ZERO };
         let (by, rest) = (K - 1 - first, words[first].leading_zeros());
@@ -202,7 +202,7 @@ impl<const K: usize> Mul for Wide<K> {
         }
         let (mut low, mut high) = ([0u64; K], [0u64; K]);
         for (i, &a) in self.words.iter().enumerate() {
-            // Numbers that were given have few words.
+            // Numbers converted from `f64` have few non-zero words.
             if a == 0 {
                 continue;
             }
@@ -251,7 +251,7 @@ mod tests {
         assert_eq!((Wide::<2>::power_of_two(-5000) * Wide::new(3.0)).rounded(), 0.0);
     }
 
-    /// Sums and products of three numbers are exact in so many bits, in any order.
+    /// Sums and products of three numbers are exact with this many bits, in any order.
     #[test]
     fn sums_and_products_are_exact_while_the_digits_last() {
         let all: Vec<f64> = numbers().take(300).collect();

@@ -1,4 +1,4 @@
-//! Matrices of numbers of many digits.
+//! Matrices of extended-precision numbers.
 
 use std::iter::repeat_n;
 
@@ -70,7 +70,7 @@ impl<const K: usize> Wides<K> {
         out
     }
 
-    /// The product, in which entries below this share of what they are summed from are 0.
+    /// The product, with entries below this share of the terms that they are summed from set to 0.
     pub fn times_without_rounding(&self, other: &Self, share: f64) -> Self {
         let (product, size) = (self.times(other), self.magnitude().times(&other.magnitude()));
         Self::from_fn(product.rows, product.cols, |i, j| {
@@ -121,7 +121,7 @@ impl<const K: usize> Wides<K> {
         Some(work.columns(n, b.cols))
     }
 
-    /// The same in intervals, every entry being off by at most this.
+    /// The matrix as intervals, with these bounds on the error of each entry.
     pub fn enclosed(&self, off: &Matrix) -> Enclosure {
         Enclosure::from_fn(self.rows, self.cols, |i, j| {
             let (entry, off) = (self.at(i, j), off.at(i, j));

@@ -1,4 +1,4 @@
-//! Reads values of a parsed file through serde. Submodules continue for table cells and for names with settings.
+//! Reads values of a parsed file through serde. Submodules handle table cells, and names with settings.
 
 use std::borrow::Cow;
 
@@ -31,7 +31,7 @@ pub struct Reader<'a> {
     only: Option<&'static [&'static str]>,
     /// A key of the table that is read under another name.
     renamed: Option<(&'static str, &'static str)>,
-    /// Whether texts are table cells, which may stand for numbers and lists.
+    /// Whether strings are table cells, which may represent numbers and lists.
     of_cells: bool,
     /// The names that values may use; `None` if they may not use any.
     names: Option<&'a Names>,
@@ -49,24 +49,24 @@ impl<'a> Reader<'a> {
         Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false, names: None }
     }
 
-    /// The same, with texts treated as table cells, which may stand for numbers and lists.
+    /// The same reader, with strings treated as table cells, which may represent numbers and lists.
     #[must_use]
     pub fn of_cells(self) -> Self {
         Self { of_cells: true, ..self }
     }
 
-    /// The same, whose values may use names.
+    /// The same reader, but its values may use names.
     #[must_use]
     pub fn naming(self, names: &'a Names) -> Self {
         Self { names: Some(names), ..self }
     }
 
-    /// A reader of a value inside of this one.
+    /// A reader for a value nested in this one, with the same settings.
     fn inside(&self, value: &'a Spanned<Content<'a>>) -> Self {
         Self { of_cells: self.of_cells, names: self.names, ..Reader::new(value) }
     }
 
-    /// The value as a cell; `None` if it is not text of a table.
+    /// The value as a cell; `None` if it is not text, or the document is not made of cells.
     fn cell(&self) -> Option<Cell<'_>> {
         match self.value.get_ref() {
             Content::Text(text) if self.of_cells => Some(Cell { text, span: self.value.span(), names: self.names }),

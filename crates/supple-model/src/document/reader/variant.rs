@@ -1,4 +1,4 @@
-//! One of several names of a parsed file, by serde.
+//! Reads one of several names from a parsed file through serde.
 
 use std::ops::Range;
 

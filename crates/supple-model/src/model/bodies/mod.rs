@@ -13,14 +13,14 @@ pub(super) use numbers::{FrameNumbers, Override, widened};
 pub(super) use situation::Situation;
 pub use situation::{Forces, Own};
 
-/// The moving parts: bodies in a tree, and coordinates that compliance adds.
+/// The moving parts of a robot: a tree of bodies, and coordinates that compliance adds.
 #[derive(Clone, Debug)]
 pub(super) struct Bodies {
-    /// The robot's file.
+    /// The robot as described by its file.
     pub robot: Arc<supple_robot::Robot>,
     /// Its degrees of freedom.
     pub tree: Arc<Tree>,
-    /// Acceleration by gravity in the world, m/s^2.
+    /// Gravitational acceleration in the world, m/s^2.
     pub gravity: [Value; 3],
     /// Numbers of the file that the task overrides.
     pub overrides: Vec<Override>,

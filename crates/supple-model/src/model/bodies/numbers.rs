@@ -22,9 +22,9 @@ pub enum Override {
         armature: Option<Value>,
         stiffness: Option<Value>,
         rest: Option<Value>,
-        /// Added to the joint's place in the parent link.
+        /// Offset added to the joint's position in the parent link.
         offset: Option<[Value; 3]>,
-        /// Factor on the joint's place in the parent link: how long that link is.
+        /// Factor on the joint's position in the parent link; it scales that link's length.
         length_scale: Option<Value>,
     },
 }
@@ -39,20 +39,20 @@ pub struct FrameNumbers {
     pub rpy: [Value; 3],
 }
 
-/// The link that a frame is fixed to, and its pose in it.
+/// The link that a frame is fixed to, and the frame's pose in that link.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<S> {
     pub link: usize,
     pub pose: Pose<S>,
 }
 
-/// Three values at a point.
+/// Three values evaluated at a point.
 fn vector<S: Scalar>(at: &Point<S>, values: [Value; 3]) -> [S; 3] {
     values.map(|value| at.value(value))
 }
 
 impl Bodies {
-    /// All numbers at a point.
+    /// All numbers of the robot, evaluated at a point.
     pub fn numbers<S: Scalar>(&self, at: &Point<S>) -> Numbers<S> {
         let mut numbers = Numbers::of(&self.robot, [0.0; 3]);
         numbers.gravity = vector(at, self.gravity);
@@ -79,7 +79,7 @@ impl Bodies {
         }
     }
 
-    /// Where the frame with this number is.
+    /// The link and pose of the frame with this number.
     pub fn place<S: Scalar>(&self, frame: usize, at: &Point<S>) -> Place<S> {
         let (links, others) = (self.robot.links.len(), self.robot.frames.len());
         if frame < links {
@@ -96,7 +96,7 @@ impl Bodies {
     }
 }
 
-/// The pose at `position`, turned by roll, pitch and yaw.
+/// The pose at `position`, rotated by roll, pitch and yaw.
 fn turned<S: Scalar>(rpy: [S; 3], position: [S; 3]) -> Pose<S> {
     let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(Scalar::sin_cos);
     let rotation = [

@@ -27,7 +27,7 @@ struct Ahead<S> {
     lead: S,
 }
 
-/// A [`Situation`] from the viewpoint of one element of compliance.
+/// A [`Situation`] with the indices of one compliance element's own coordinates and constants.
 pub struct Own<'a, S> {
     now: &'a Situation<'a, S>,
     /// Index of the element's first coordinate among those that compliance adds.
@@ -36,12 +36,12 @@ pub struct Own<'a, S> {
     constant: usize,
 }
 
-/// Forces of drives, compliance and joints.
+/// Total forces of drives, compliance and joints.
 #[derive(Debug)]
 pub struct Forces<S> {
     /// Generalised forces on the degrees of freedom and on the coordinates that compliance adds, N m or N.
     pub(in crate::model) generalised: Vec<S>,
-    /// On links, about the link's origin in its axes.
+    /// Wrenches on links, by link, about the link's origin in its axes.
     pub(in crate::model) wrenches: Vec<(usize, Wrench<S>)>,
 }
 
@@ -69,7 +69,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         Self { bodies, at, numbers, kinematics, ahead: None, smooth: false }
     }
 
-    /// The same, with resistive forces evaluated at the end of a step with accelerations `a`; `with_bodies` tells
+    /// The same situation, with resistive forces evaluated at the end of a step with accelerations `a`; `with_bodies` states
     /// whether any of them needs the rates of frames there.
     pub fn at_end(mut self, a: &[S], with_bodies: bool) -> Self {
         let lead = self.at.time_step;
@@ -80,7 +80,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         self
     }
 
-    /// The same without dry friction in joints and along surfaces.
+    /// The same situation without dry friction in joints and along surfaces.
     pub fn without_friction(mut self) -> Self {
         self.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
         Self { smooth: true, ..self }
@@ -91,7 +91,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         &self.at.x[..self.bodies.positions().0]
     }
 
-    /// All positions: of the degrees of freedom and of what compliance adds.
+    /// All positions: of the degrees of freedom and of the coordinates that compliance adds.
     pub fn positions(&self) -> &[S] {
         &self.at.x[..self.bodies.positions().1]
     }
@@ -112,12 +112,12 @@ impl<'a, S: Scalar> Situation<'a, S> {
         self.ahead.as_ref().map_or(S::zero(), |ahead| ahead.lead)
     }
 
-    /// The same for [passive forces](supple_robot::passive_forces) in joints.
+    /// Rates and lead for [passive forces](supple_robot::passive_forces) in joints.
     pub fn resisted(&self) -> Resisted<'_, S> {
         Resisted { rates: &self.rates()[..self.bodies.positions().0], lead: self.lead() }
     }
 
-    /// The view of the element of compliance whose first coordinate and first constant have these indices.
+    /// The situation for the compliance element whose first coordinate and first constant have these indices.
     pub fn seen_from(&'a self, coordinate: usize, constant: usize) -> Own<'a, S> {
         Own { now: self, coordinate, constant }
     }
@@ -186,7 +186,7 @@ impl<S: Scalar> Own<'_, S> {
         self.now.at.value(value)
     }
 
-    /// All positions, rad or m: of the degrees of freedom, then of what compliance adds.
+    /// All positions, rad or m: of the degrees of freedom, then of the coordinates that compliance adds.
     pub fn positions(&self) -> &[S] {
         self.now.positions()
     }
@@ -197,7 +197,7 @@ impl<S: Scalar> Own<'_, S> {
         self.now.rates()
     }
 
-    /// How far ahead resistive forces evaluate positions, s: a spring takes its force at `x + lead x'`.
+    /// How far ahead resistive forces evaluate positions, s: a spring's force is evaluated at `x + lead x'`.
     pub fn lead(&self) -> S {
         self.now.lead()
     }

@@ -1,4 +1,4 @@
-//! An element of compliance of whatever kind.
+//! A compliance element of any kind.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::contacts::ContactState;
 use crate::document::{ReadError, Reader, Registry};
 use crate::{Point, Value};
 
-/// An element of compliance of any kind: every [`Compliance`] becomes one by `into`.
+/// An element of compliance of any kind: every [`Compliance`] can be converted to it by `into`.
 #[derive(Clone, Debug)]
 pub(in crate::model) struct Coupling(Arc<dyn Kind>);
 
@@ -106,10 +106,10 @@ impl<C: Compliance> Kind for C {
     }
 }
 
-/// A scalar type that elements of compliance support directly. Other scalars are handled through these: see
+/// A scalar type that elements of compliance support directly. Other scalars are handled through the supported ones: see
 /// [`Function`](supple_kernels::graph::Function).
 pub(in crate::model) trait Native: Scalar {
-    /// An element over this scalar.
+    /// The element's interface over this scalar.
     fn over(kind: &dyn Kind) -> &dyn Over<Self>;
 }
 
@@ -139,7 +139,7 @@ impl std::ops::Deref for Coupling {
     }
 }
 
-/// The signals that make an element a contact, beside the whole force `force_x`, `force_y`, `force_z`.
+/// The signals that make an element a contact, in addition to the total force `force_x`, `force_y`, `force_z`.
 pub(in crate::model) const CONTACT_FORCE: &str = "contact_force";
 const PENETRATION: &str = "penetration";
 
@@ -149,7 +149,7 @@ impl Coupling {
         S::over(&*self.0)
     }
 
-    /// Whether this is the elastic drive of the given degree of freedom.
+    /// Whether this element makes the given degree of freedom elastic.
     pub fn is_motor_of(&self, dof: usize) -> bool {
         self.motor_of() == Some(dof)
     }

@@ -8,15 +8,15 @@ use crate::Value;
 
 /// A spring and damper in six directions between the frames A and C, as defined by Drake's `LinearBushingRollPitchYaw`.
 ///
-/// Frame B is half-way between A and C: at the middle of their origins, turned from A by half of the rotation to C. With
-/// `p` the position of C's origin from A's in B, and roll, pitch and yaw `q` of C in A:
+/// Frame B is half-way between A and C: at the midpoint of their origins, rotated from A by half the rotation to C. With
+/// the position `p` of C's origin relative to A's, expressed in B, and the roll, pitch and yaw `q` of C in A:
 ///
 /// ```text
-/// force on C, at B's origin, in B:  f = -(stiffness p + damping p')      p' as seen from B
+/// force on C, at B's origin, in B:  f = -(stiffness p + damping p')      p' relative to B
 /// torque on C:                      t = N' T,  T = -(torsional_stiffness q + torsional_damping q'),  q' = N w_AC
 /// ```
 ///
-/// and the opposite on A. At a pitch of +-90 degrees the angle rates are singular and the torque is undefined.
+/// and the opposite wrench on A. At a pitch of +-90 degrees the angle rates are singular and the torque is undefined.
 #[derive(Clone, Debug)]
 pub struct Bushing {
     a: usize,
@@ -27,7 +27,7 @@ pub struct Bushing {
     torsional_damping: [Value; 3],
 }
 
-/// A spring and damper in six directions between two frames, as Drake's `LinearBushingRollPitchYaw`.
+/// A spring and damper in six directions between two frames, like Drake's `LinearBushingRollPitchYaw`.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -104,13 +104,13 @@ impl Bushing {
         let (twist_a, twist_c) = (own.frame_rates(self.a), own.frame_rates(self.c));
         let relative = pose_a.inverse().compose(&pose_c);
         let p = relative.position;
-        // Velocities of C as seen from A, in A.
+        // Velocities of C relative to A, in the axes of A.
         let w = sub(relative.rotate(twist_c.angular), twist_a.angular);
         let moved = sub(relative.rotate(twist_c.linear), twist_a.linear);
         let v = sub(moved, cross(twist_a.angular, p));
 
         let b = half(&relative.rotation);
-        // The half-way frame turns with half the angular velocity.
+        // The half-way frame rotates at half the angular velocity.
         let seen = sub(v, cross(scale(S::constant(0.5), w), p));
         let force = resist(own, (self.stiffness, b.unrotate(p)), (self.damping, b.unrotate(seen)));
 

@@ -35,7 +35,7 @@ pub struct Contact {
     smoothing: Value,
     friction: Value,
     slip: Value,
-    /// For planning: a length that widens and softens the contact, and a speed that widens its
+    /// Used in planning: a length that widens and softens the contact, and a speed that widens the smoothing of its
     /// friction.
     widening: Option<(Value, Value)>,
 }
@@ -167,14 +167,14 @@ impl ComplianceFile for Contact {
     }
 }
 
-/// The forces of a contact, and how they decrease with the rates in which they are linear.
+/// The forces of a contact, and their decrease with the rates in which they are linear.
 struct Load<S> {
     depth: S,
     /// Normal force on the frame, N.
     force: S,
     /// The normal force at the current velocity, N.
     pushed: S,
-    /// The whole force on the frame in the world, N.
+    /// The total force on the frame in the axes of the world, N.
     total: [S; 3],
     /// Its decrease per unit of velocity along the normal, N s/m.
     resistance: S,
@@ -192,7 +192,7 @@ struct Slide<S> {
     speed: S,
 }
 
-/// The range of `dissipation` times approach speed over which the force of a departing body vanishes.
+/// The range of `dissipation` times approach speed over which the force on a separating body drops to 0.
 const RELEASE: f64 = 0.5;
 
 impl Contact {
@@ -262,7 +262,7 @@ impl Contact {
     }
 }
 
-/// `(1 + y)_+` of the scaled approach speed `y`, and its secant slope from `y = 0`, with which a damper
+/// `(1 + y)_+` of the scaled approach speed `y`, and its secant slope from `y = 0`, for which the linear damper
 /// `1 + slope y` gives the same value.
 fn rise<S: Scalar>(y: S) -> (S, S) {
     let release = S::constant(RELEASE);
@@ -273,7 +273,7 @@ fn rise<S: Scalar>(y: S) -> (S, S) {
     (rise, S::one() - lifted / least)
 }
 
-/// The slope of the rounded positive part at a depth, reduced if the body departs by more than the depth, so
+/// The slope of the rounded positive part at a depth, reduced if the body separates by more than the depth, so
 /// that the linearised force cannot pull.
 fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
     // Force divided by stiffness: the depth itself deep inside, falling to 0 at a clearance of one smoothing length.

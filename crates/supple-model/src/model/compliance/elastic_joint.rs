@@ -11,7 +11,7 @@ use crate::{Point, Value};
 /// tau = stiffness (s - q) + damping (s' - q')        motor_inertia s'' = drive - motor_damping s' - tau
 /// ```
 ///
-/// All quantities are on the joint side of the gear: the motor's inertia is the reflected one. The motor's reaction on
+/// All quantities are on the joint side of the gear: the motor's inertia is its reflected inertia. The motor's reaction on
 /// its supporting link is that of a joint with high reduction (Spong 1987).
 #[derive(Clone, Debug)]
 pub struct ElasticJoint {

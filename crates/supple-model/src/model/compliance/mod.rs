@@ -30,7 +30,7 @@ pub use names::Names;
 pub(super) use names::find;
 pub(super) use spring::Spring;
 
-/// A named element of compliance, and the place in the state of what it adds.
+/// A named element of compliance, and the indices of its coordinates and constants in the state.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub name: String,
@@ -42,7 +42,7 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// The part of the robot's state to which it has access.
+    /// The situation as passed to the element, with its own indices.
     pub fn own<'a, S: Scalar>(&self, now: &'a Situation<'a, S>) -> Own<'a, S> {
         now.seen_from(self.coordinate, self.constant)
     }
@@ -51,7 +51,7 @@ impl Element {
 /// The behaviour of an element of compliance.
 ///
 /// It stores the indices of the frames and positions on which it acts; [`Names`] resolves them when the file is read.
-/// It is recorded only once, so favour readability over speed; do not branch on computed numbers.
+/// Its functions are recorded only once, so favour readability over speed; do not branch on computed numbers.
 pub trait Compliance: Debug + Send + Sync + 'static {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
@@ -103,8 +103,8 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         None
     }
 
-    /// The same element with forces that build up over a length wider by `_length`, m, and friction over a speed higher by
-    /// `_speed`, m/s; `None` if it has no such length.
+    /// The same element with forces that build up over a length increased by `_length`, m, and friction over one increased
+    /// by `_speed`, m/s; `None` if it has no such length.
     fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
@@ -146,7 +146,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
 
 /// How an element is read from a task file.
 pub trait ComplianceFile: Compliance + Sized {
-    /// The keys of its table, but for `kind` and `name`.
+    /// The keys of its table, except `kind` and `name`.
     type File: for<'de> Deserialize<'de> + Described;
 
     /// The element.
@@ -180,7 +180,7 @@ impl Rule {
     }
 }
 
-/// A spring and damper beside a joint.
+/// A spring and damper acting in parallel with a joint.
 #[derive(Clone, Copy, Debug)]
 pub struct BesideJoint {
     /// The joint's degree of freedom.
@@ -215,7 +215,7 @@ pub struct DryFriction<S> {
 }
 
 impl<S: Scalar> Own<'_, S> {
-    /// The resistance of a spring and damper on a weighted sum of positions.
+    /// The resistance of a spring and damper acting on a weighted sum of positions.
     #[must_use]
     pub fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
         let mut row = vec![S::zero(); self.positions().len()];
@@ -284,7 +284,7 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    /// A spring beside a joint that pushes or turns the joint's child by `effort`.
+    /// A spring in parallel with a joint, exerting the force or torque `effort` on the joint's child link.
     #[must_use]
     pub fn beside_joint(own: &Own<f64>, dof: usize, effort: f64) -> Self {
         let (from, to, axis) = own.joint(dof);

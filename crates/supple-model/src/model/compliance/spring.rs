@@ -4,7 +4,7 @@ use supple_kernels::Scalar;
 use super::{BesideJoint, Compliance, ComplianceFile, Drawn, Forces, Names, Own, Resistance, Rule, Unfit};
 use crate::Value;
 
-/// A spring and damper beside a joint: `tau = -stiffness (q - rest) - damping v`.
+/// A spring and damper in parallel with a joint: `tau = -stiffness (q - rest) - damping v`.
 #[derive(Clone, Debug)]
 pub struct Spring {
     dof: usize,
@@ -14,7 +14,7 @@ pub struct Spring {
 }
 
 impl Spring {
-    /// Beside a degree of freedom, at rest at 0.
+    /// A spring and damper at a degree of freedom, with rest position 0.
     pub fn new(dof: usize, stiffness: Value, damping: Value) -> Self {
         Self { dof, stiffness, rest: Value::default(), damping }
     }

@@ -1,4 +1,4 @@
-//! Recognises costs as a norm of a residual from their recorded instructions.
+//! Decomposes costs into a norm of a residual by analysing their recorded instructions.
 //!
 //! ```text
 //! l(z; phi) = nu(r(z; phi); phi),   nu = sum of weights times r_i^2, sqrt(sum of weights times r_i^2 + c), and others
@@ -16,7 +16,7 @@ pub(super) struct Composition {
     pub residual: Tape,
     /// `nu(r; phi)`: its states are the entries of the residual.
     pub norm: Tape,
-    /// Whether `nu` is known to be convex in `r` at any parameters.
+    /// Whether `nu` is known to be convex in `r` for all parameters.
     pub convex: bool,
 }
 
@@ -41,7 +41,7 @@ struct Search<'a> {
     first_result: usize,
     /// Whether each value depends on states or controls.
     varies: Vec<bool>,
-    /// Whether each value that does not is at least 0 for any parameters.
+    /// For values that do not vary: whether each is at least 0 for any parameters.
     positive: Vec<bool>,
     belongs: Vec<Parts>,
     convex: bool,
@@ -198,7 +198,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Whether a value is a sum of squares and constants, and if so, whether all of these are known to be at
+    /// Whether a value is a sum of squares and constants, and if so, whether all of its terms are known to be at
     /// least 0.
     fn sum_of_squares(&self, value: u32) -> Option<bool> {
         let (mut convex, mut open) = (true, vec![(value, true)]);

@@ -101,7 +101,7 @@ impl Recorded {
         Ok(Self { parts, costs })
     }
 
-    /// What it is made of.
+    /// The parts that it was built from.
     pub fn parts(&self) -> &RecordedParts {
         &self.parts
     }

@@ -31,7 +31,7 @@ pub enum Instruction {
     Tanh(u32),
     /// `e^a - 1`
     ExpM1(u32),
-    /// Natural logarithm of `1 + a`; tapes spell it as they do `exp_m1`.
+    /// Natural logarithm of `1 + a`; its name in files, `ln_1p`, is spelled like `exp_m1`.
     #[serde(rename = "ln_1p", alias = "ln1p")]
     Ln1p(u32),
     /// The angle of the point (`b`, `a`), radians.
@@ -184,7 +184,7 @@ pub enum TapeError {
         /// How many there must be.
         expected: usize,
     },
-    /// A tape that reads the controls where there are none.
+    /// A tape that reads the controls although it must not depend on them.
     #[error("the tape of {tape} reads control {control}, but {tape} must not depend on the controls")]
     ReadsControl {
         /// What the tape is for.
@@ -215,7 +215,7 @@ impl Tape {
     /// The tape of these parts.
     ///
     /// # Errors
-    /// Where an instruction or output names a value that is not there, or a constant is not finite.
+    /// If an instruction or output refers to a value that does not exist, or a constant is not finite.
     pub fn new(parts: TapeParts) -> Result<Self, TapeError> {
         let lengths = [parts.states, parts.controls, parts.parameters, parts.constants.len(), parts.instructions.len()];
         let found = lengths.into_iter().fold(1usize, usize::saturating_add);

@@ -24,7 +24,7 @@ pub(super) struct Drive {
     pub(super) actuator: Option<Servo>,
 }
 
-/// An actuator of the robot, of its file or of the task: `force = gain u + offset - kp l - kv l'`.
+/// An actuator of the robot, defined by its file or by the task: `force = gain u + offset - kp l - kv l'`.
 #[derive(Clone, Debug)]
 pub(super) struct Servo {
     /// Index among the actuators of the robot.
@@ -87,7 +87,7 @@ impl Drive {
 }
 
 impl Servo {
-    /// Its law at these parameters, in the form used in robot files.
+    /// Its control law at these parameters, in the form used by robot files.
     pub(super) fn law(&self, at: &Point<f64>) -> Law {
         let [gain, kp, kv] = [self.gain, self.kp, self.kv].map(|value| at.value(value));
         Law::new(gain, self.offset, kp, kv)

@@ -135,7 +135,7 @@ impl Robot {
         mass
     }
 
-    /// Adds the decrease of the forces at the end of a step with the accelerations (theory, equation R.21).
+    /// Adds to `mass` the decrease of the forces at the end of a step per unit acceleration (theory, equation R.21).
     pub(super) fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let (_, positions) = self.positions();
@@ -201,7 +201,7 @@ impl Robot {
         needed.iter().zip(&forces.generalised).map(|(&needed, &given)| needed - given).collect()
     }
 
-    /// One step of Euler over `dt` from the state `x`, given the accelerations.
+    /// One semi-implicit Euler step over `dt` from the state `x`, given the accelerations.
     pub(super) fn integrate<S: Scalar>(&self, x: &[S], a: &[S], dt: S, next: &mut [S]) {
         let count = a.len();
         for i in 0..count {

@@ -13,12 +13,12 @@ use crate::value::OneOrMore;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct InsertFile {
-    /// Name of the link beyond the joints, unlike any other; the joints are NAME_x, NAME_y, NAME_z, NAME_rx, NAME_ry
+    /// Unique name of the link beyond the joints; the joints are NAME_x, NAME_y, NAME_z, NAME_rx, NAME_ry
     /// and NAME_rz, and so are their springs.
     name: String,
     /// Link, or frame of the robot's file, that the joints are mounted on.
     frame: String,
-    /// Where they are in that frame, m.
+    /// Their position in that frame, m.
     #[serde(default)]
     position: [f64; 3],
     /// Roll, pitch and yaw of their axes in that frame, rad.
@@ -113,7 +113,7 @@ pub(super) fn insert(
 }
 
 impl InsertFile {
-    /// What to insert into a robot.
+    /// The insert for a robot, checked.
     fn built(
         &self,
         robot: &supple_robot::Robot,

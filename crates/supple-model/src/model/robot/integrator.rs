@@ -9,6 +9,6 @@ pub(super) enum Integrator {
     /// step, however stiff they are.
     #[default]
     Implicit,
-    /// All forces are those at the beginning of the step: a stiff spring or strong damping needs a short one.
+    /// All forces are evaluated at the beginning of the step: stiff springs and strong damping require a short step.
     SemiImplicit,
 }

@@ -16,18 +16,18 @@ use crate::Value;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// The robot's file, URDF, SDF or MJCF, from the folder of the task file.
+    /// The robot file (URDF, SDF or MJCF), relative to the folder of the task file.
     pub(super) file: String,
-    /// Folders in which packages are looked for, from the folder of the task file.
+    /// Folders searched for packages, relative to the folder of the task file.
     #[serde(default)]
     pub(super) package_roots: Vec<String>,
     /// Whether mimic joints move independently.
     #[serde(default)]
     pub(super) independent_mimic: bool,
-    /// Acceleration by gravity in the world, m/s^2; default: that of the robot's file, or 0, 0, -9.81.
+    /// Gravitational acceleration in the world, m/s^2; default: that of the robot's file, or 0, 0, -9.81.
     pub(super) gravity: Option<[Value; 3]>,
-    /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; all
-    /// actuators of the file where left out, or all joints of the file that move where it has none.
+    /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; default: all
+    /// actuators of the file, or all moving joints if it has none.
     pub(super) actuated: Option<Vec<String>>,
     /// Fixed joints: names (fixed at 0, or at the middle of their range if it excludes 0), or positions by name, rad or
     /// m.
@@ -42,10 +42,10 @@ pub struct File {
     /// Properties of drives, by joint or actuator.
     #[serde(default)]
     pub(super) drives: BTreeMap<String, DriveFile>,
-    /// Numbers of links, by link, in place of those of the robot's file.
+    /// Numbers of links, by link, overriding those of the robot file.
     #[serde(default)]
     pub(super) links: BTreeMap<String, LinkFile>,
-    /// Numbers of joints, by joint, in place of those of the robot's file.
+    /// Numbers of joints, by joint, overriding those of the robot file.
     #[serde(default)]
     pub(super) joints: BTreeMap<String, JointFile>,
     /// Additional frames, by name.
@@ -66,7 +66,7 @@ pub struct File {
     #[cfg_attr(feature = "schema", schemars(skip))]
     #[allow(dead_code)]
     pub(super) compliance: IgnoredAny,
-    /// Sensors: a list of tables, each with a `kind`; may be none where there is a catalogue.
+    /// Sensors: a list of tables, each with a `kind`; may be empty if there is a catalogue.
     #[serde(default)]
     #[cfg_attr(feature = "schema", schemars(skip))]
     #[allow(dead_code)]
@@ -101,7 +101,7 @@ pub(super) struct JointFile {
     pub(super) stiffness: Option<Value>,
     /// Position at which that spring is at rest, rad or m.
     pub(super) rest: Option<Value>,
-    /// Added to the joint's place in the parent link, in that link's axes, m.
+    /// Offset added to the joint's position in the parent link, in that link's axes, m.
     pub(super) offset: Option<[Value; 3]>,
     /// Factor applied to the joint's position in the parent link (link length); at least 0.
     pub(super) length_scale: Option<Value>,

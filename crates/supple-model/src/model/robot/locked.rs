@@ -133,7 +133,7 @@ impl Locked {
     }
 }
 
-/// A warning if the position of a locked joint looks wrong, with advice.
+/// A warning if the position of a locked joint looks suspicious, with advice.
 fn doubt(joint: &Joint, position: f64) -> Option<(String, Option<String>)> {
     let Limits { lower, upper, .. } = joint.limits;
     let help = if joint.kind == JointKind::Prismatic { None } else { degrees(position) };

@@ -1,4 +1,4 @@
-//! Robots of rigid bodies from URDF, SDF or MJCF files, with compliance where the designer puts it.
+//! Robots of rigid bodies from URDF, SDF or MJCF files, with compliance added by the designer.
 //!
 //! ```text
 //! keys.rs, build/: task file + robot file -> Robot
@@ -66,7 +66,7 @@ pub struct Robot {
     compliance: Vec<Element>,
     sensors: Vec<Sensor>,
     friction_smoothing: Value,
-    /// For planning: a speed that widens the smoothing of joint friction.
+    /// Used in planning: a speed that widens the smoothing of joint friction.
     friction_widening: Option<Value>,
     integrator: Integrator,
     substeps: usize,
@@ -87,7 +87,7 @@ impl Robot {
     }
 
     /// Names and units of the states. A motor uses those of its joint, and wall positions are in m. Other constants that
-    /// compliance of other crates adds have no unit.
+    /// compliance from other crates adds have no unit.
     fn state_channels(&self) -> Vec<Channel> {
         let [mut positions, mut rates, mut constants] = [const { Vec::new() }; 3];
         let mut moves = |slides: Option<bool>| {

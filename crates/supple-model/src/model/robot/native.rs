@@ -1,4 +1,4 @@
-//! Robot functions that involve compliance, whose concrete kinds are erased, made available over any scalar.
+//! Makes robot functions available over any scalar, although they involve compliance whose concrete kind is erased.
 
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call};

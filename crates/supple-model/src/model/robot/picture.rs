@@ -16,9 +16,9 @@ const LINE: f64 = 0.006;
 const JOINT: f64 = 2.0;
 /// Radius of rails, and of lines to frames of links that carry others, relative to that of lines.
 const BRANCH: f64 = 0.6;
-/// Points nearer to one another than this many radii of lines are drawn as one.
+/// Points closer together than this many line radii are drawn as one.
 const NEAR: f64 = 2.0;
-/// How many points have their uncertainty drawn.
+/// Greatest number of points whose uncertainty is drawn.
 const MOST_LANDMARKS: usize = 12;
 
 /// A typical length of a robot, m: the greatest distance of an end from the root with all joints stretched.
@@ -29,7 +29,7 @@ fn size(robot: &supple_robot::Robot, numbers: &Numbers<f64>) -> f64 {
     }
     let ends = robot.frames.iter().map(|frame| reach[frame.link] + length(frame.pose.position));
     let size = ends.chain(reach.iter().copied()).fold(0.0, f64::max);
-    // With all joints in one place the size is 0; use some decimetres instead.
+    // If all joints coincide, the size is 0; use a few decimetres instead.
     if size > 0.0 && size.is_finite() { size } else { 0.3 }
 }
 
@@ -120,7 +120,7 @@ impl Robot {
             .chain(self.compliance.iter().flat_map(|element| element.kind.frames()))
     }
 
-    /// What it looks like at a point.
+    /// The picture of the robot at a point.
     pub(super) fn draw(&self, at: &Point<f64>) -> Picture {
         let now = Situation::of(&self.bodies, at);
         let size = size(&self.bodies.robot, &now.numbers);
@@ -156,7 +156,7 @@ impl Robot {
         self.tracked().len() + self.compliance.iter().filter(|element| element.kind.has_wall()).count()
     }
 
-    /// Where the landmarks are.
+    /// The positions of the landmarks.
     pub(super) fn mark<S: Native>(&self, at: &Point<S>) -> Vec<[S; 3]> {
         let now = Situation::of(&self.bodies, at);
         let points = self.tracked().into_iter().map(|frame| now.pose(frame).position);

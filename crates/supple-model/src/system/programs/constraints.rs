@@ -1,4 +1,4 @@
-//! Excesses of the limits that plans keep, and their derivatives.
+//! Excesses beyond the limits that plans enforce, and their derivatives.
 
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Node, Program, jacobian, record, tangent, vjp};
@@ -18,7 +18,7 @@ pub(in crate::system) mod excess_source {
 }
 
 impl<M: Model> Recorder<'_, M> {
-    /// The excess of every end at a point; 0 at the end of a plan where a number depends on the control.
+    /// The excess at every side of a limit; at the end of a plan, 0 for numbers that depend on the control.
     pub(super) fn excess(&self, trace: &Trace<M>, ends: &Ends, last: bool) -> Vec<Node> {
         let quantities: Vec<&Quantity> = ends.followed.iter().map(|followed| &followed.quantity).collect();
         let values = trace.values(&quantities);

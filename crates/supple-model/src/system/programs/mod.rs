@@ -33,7 +33,7 @@ pub(super) struct Recorder<'a, M> {
 type Outputs = Vec<(Node, Target)>;
 
 impl<M: Model> Recorder<'_, M> {
-    /// The same with the time step as one parameter more, the last.
+    /// The same recorder, with the time step as an additional last parameter.
     pub fn of_any_time_step(&self) -> Self {
         let time_step = ParameterHandle::at(self.parameters).into();
         Self { time_step, parameters: self.parameters + 1, ..*self }
@@ -69,7 +69,7 @@ impl<M: Model> Recorder<'_, M> {
         Trace::new(self.model, self.time_step, self.parameters, last)
     }
 
-    /// Which parameters any function depends on, limits that plans keep among them.
+    /// Which parameters any function depends on, including limits that plans enforce.
     pub fn dependencies(&self, ends: Option<&Ends>) -> Vec<bool> {
         record(|| {
             let trace = self.trace(false);

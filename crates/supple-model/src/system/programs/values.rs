@@ -32,7 +32,7 @@ impl<M: Model> Recorder<'_, M> {
         record(|| self.trace(true).measurement().into_iter().map(|y| y.entry_of(source::STATE)).collect())
     }
 
-    /// `l` or `l_N`; of stages that are [given](Self::gives_next) it, with the next state.
+    /// `l` or `l_N`; for stages whose cost is [given](Self::gives_next) the next state, that is an input too.
     pub fn cost(&self, last: bool) -> Program {
         record(|| Program::compile(&vector(&[self.trace_cost(last).cost(self.costs, last)])))
     }

@@ -44,7 +44,7 @@ impl<'a> Classes<'a> {
     /// The classes of a file.
     ///
     /// # Errors
-    /// Where a class has no name, or the name of another one.
+    /// If a class has no name, or the same name as another one.
     pub(super) fn read(root: Element<'a>, warnings: &mut Warnings) -> Result<Self, FileError> {
         let mut classes = Self { classes: vec![Class::default()], names: HashMap::from([("main", (MAIN, None))]) };
         for at in root.all("default") {
@@ -209,7 +209,7 @@ impl<'a> Values<'a, '_> {
         self.holder(name).map_or(Ok(None), |at| at.choice(name, valid))
     }
 
-    /// The sizes of a geom; 0 where nothing is said.
+    /// The sizes of a geom; 0 if not set.
     pub(super) fn sizes(&self) -> Result<[f64; 3], FileError> {
         let mut size = self.class.map_or([0.0; 3], |class| class.size);
         sizes(self.at, &mut size)?;

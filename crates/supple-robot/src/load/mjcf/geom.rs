@@ -13,7 +13,7 @@ use super::orientation::{between, pose};
 use super::reader::Reader;
 use crate::{Pose, Wall, WallShape};
 
-/// Density where nothing is said, kg/m^3: that of water.
+/// Default density, kg/m^3: that of water.
 const DENSITY: f64 = 1000.0;
 /// Words for a flag that is true or false.
 const TRUTH: [(&str, bool); 2] = [("true", true), ("false", false)];
@@ -67,7 +67,7 @@ impl<'a> Reader<'a, '_> {
     /// The mass of a geom in `frame` of a body whose elements are of `class`.
     ///
     /// # Errors
-    /// Where its numbers cannot be.
+    /// If its numbers are invalid.
     pub(super) fn solid(&self, at: Element<'a>, frame: &Pose, class: usize) -> Result<Mass, FileError> {
         let values = self.classes.values(at, "geom", class)?;
         let [first, last] = self.settings.groups;

@@ -1,4 +1,4 @@
-//! The inertia of a body: that of its `inertial`, or the sum over its geoms.
+//! The inertia of a body: from its `inertial`, or the sum over its geoms.
 
 use supple_text::FileError;
 
@@ -44,7 +44,7 @@ impl<'a> Reader<'a, '_> {
         Ok(has_any.then_some((inertia, at)))
     }
 
-    /// Scales masses and moments of all bodies to the mass that the compiler settings ask for.
+    /// Scales masses and moments of all bodies to the total mass given by the compiler settings.
     ///
     /// # Errors
     /// Where the bodies have no mass.

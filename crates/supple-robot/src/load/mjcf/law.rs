@@ -42,7 +42,7 @@ enum Bias {
     Other,
 }
 
-/// Gain and bias while they are read: those of a class, changed by an actuator of it.
+/// Gain and bias during reading: those of a class, overridden by an actuator that uses the class.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
     /// The last kind other than `general` that set the numbers.

@@ -130,7 +130,7 @@ fn limits(at: Element) -> Result<Limits, FileError> {
         if found.is_infinite() && found != none {
             return Err(at.error(format!("`{tag}` must not be {found}")));
         }
-        // At or beyond the bound, on the side where that means unlimited.
+        // At or beyond the bound that means unlimited, on the corresponding side.
         Ok(if found * none.signum() >= UNLIMITED { none } else { found })
     };
     Ok(Limits {

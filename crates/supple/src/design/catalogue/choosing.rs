@@ -13,15 +13,15 @@ use crate::design::{
 use crate::pipeline::TaskState;
 use crate::problem::Problem;
 
-/// What is known of combinations: a place in each catalogue, and how its design ended.
+/// Results so far: the outcome of each combination, which is one entry index per catalogue.
 type Known = BTreeMap<Vec<usize>, Result<StartSummary, Error>>;
 
-/// A choice from catalogues on its way.
+/// A choice from catalogues in progress.
 pub(super) struct Choosing<'a> {
     pub searcher: Searcher<'a>,
-    /// The problem with the parameters that have catalogues no longer to be designed.
+    /// The problem with the parameters that have catalogues held fixed.
     held: Problem,
-    /// These parameters.
+    /// Indices of these parameters.
     pub places: Vec<usize>,
     /// The design without catalogues.
     continuous: &'a StartSummary,
@@ -42,8 +42,8 @@ impl<'a> Choosing<'a> {
         self.places.iter().map(|&place| self.searcher.problem.parameters.get(place).catalogue.len()).collect()
     }
 
-    /// The entries around the design without catalogues: of each catalogue the one next below and the one next above, the
-    /// nearer of both first; the same twice at the ends. Near is meant as the search moves the parameter.
+    /// The entries around the design without catalogues: for each catalogue, the nearest below and the nearest above, the
+    /// nearer of the two first; the same twice at the ends. Distance is measured in the search's scaled coordinates.
     pub fn around(&self) -> Vec<[usize; 2]> {
         let parameters = &self.searcher.problem.parameters;
         let scaling = Scaling::of(parameters);
@@ -82,8 +82,8 @@ impl<'a> Choosing<'a> {
         self.searcher.control.is_stopped()
     }
 
-    /// Designs combinations in parallel, until it is stopped; the nearest to the design without catalogues in any case, as
-    /// there has to be something to show. `of` is how many there are to be, for the observer.
+    /// Designs combinations in parallel until stopped; the one nearest to the design without catalogues is always
+    /// designed, so that there is a result. `of` is the total number expected, for the observer.
     pub fn design_all(&mut self, combinations: Vec<Vec<usize>>, of: usize) {
         let nearest: Vec<usize> = self.around().into_iter().map(|[nearer, _]| nearer).collect();
         let Self { searcher, done, .. } = &*self;
@@ -103,9 +103,9 @@ impl<'a> Choosing<'a> {
         self.known.extend(found);
     }
 
-    /// Designs one combination: plans from the first guesses and from the design without catalogues, then on the cheapest
-    /// branch seen; from there the parameters without catalogues are optimised, and from random starts too, as many as the
-    /// settings say.
+    /// Designs one combination: plans from the first guesses and from the design without catalogues; then, on the cheapest
+    /// branch found, optimises the parameters without catalogues; also from random starts, as many as the
+    /// settings specify.
     fn design(&self, entries: &[usize]) -> Result<StartSummary, Error> {
         let Searcher { problem, settings, control, .. } = self.searcher;
         let mut phi = self.continuous.to.clone();
@@ -143,7 +143,7 @@ impl<'a> Choosing<'a> {
         }
     }
 
-    /// Combinations that could be designed, the best first; of equal ones the first in order of their entries.
+    /// Combinations that could be designed, the best first; equally good ones in the order of their entries.
     fn ranked(&self) -> Vec<(&Vec<usize>, &StartSummary)> {
         let known = self.known.iter().filter_map(|(entries, designed)| Some((entries, designed.as_ref().ok()?)));
         let mut ranked: Vec<_> = known.collect();
@@ -152,7 +152,7 @@ impl<'a> Choosing<'a> {
         ranked
     }
 
-    /// What was chosen.
+    /// The resulting choice.
     pub fn finish(
         self,
         (method, complete): (CatalogueMethod, bool),

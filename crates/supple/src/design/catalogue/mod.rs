@@ -1,4 +1,4 @@
-//! Choices from catalogues: parameters that can only have some values (theory, section D).
+//! Choices from catalogues: parameters that can only take discrete values (theory, section D).
 
 mod choosing;
 mod neighbours;
@@ -10,8 +10,8 @@ use crate::Error;
 use choosing::Choosing;
 
 impl CatalogueDesign {
-    /// How many nats more the chosen design needs than that without catalogues, prices with their weight included, where
-    /// both meet every bound. `None` if entries have prices and prices count: that without catalogues does not pay them.
+    /// How much larger, in nats with weighted prices, the chosen design's objective is than that of the continuous one, if
+    /// both meet every bound. `None` if entries have prices and prices count: the continuous design does not pay them.
     #[must_use]
     pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
         let (chosen, free) = (&self.chosen().summary, &self.continuous);
@@ -31,7 +31,7 @@ impl CatalogueDesign {
 }
 
 impl Searcher<'_> {
-    /// Chooses from the catalogues of the parameters that have any, given a design that took no notice of them (theory,
+    /// Chooses from the catalogues of the parameters that have any, given a design that ignored them (theory,
     /// equation D.7): designs every combination of entries where there are at most as many as the settings allow, and
     /// otherwise the neighbours of ever better ones. For each combination the other parameters are optimised anew. Without
     /// catalogues the design stays as it is.
@@ -44,7 +44,7 @@ impl Searcher<'_> {
         }
         let clock = Instant::now();
         let mut catalogue = match choose(Choosing::new(*self, &design.starts[design.best])) {
-            // Nothing from the catalogues yet: the design without them is what there is to show.
+            // No combination was designed: return the design without catalogues.
             Err(Error::Stopped) => return Ok(Design { status: DesignStatus::Stopped, ..design }),
             chosen => chosen?,
         };
@@ -53,7 +53,7 @@ impl Searcher<'_> {
         let mut without_contact: usize = summaries().map(|summary| summary.without_contact).sum();
         let chosen = &catalogue.chosen().summary;
         if self.rank(chosen) < self.rank(&catalogue.continuous) && !self.control.is_stopped() {
-            // The search without catalogues missed this: it goes on from here.
+            // The search without catalogues missed this better region: continue that search from here.
             let further = match self.search_from(&chosen.to, &chosen.controls, 0) {
                 Err(Error::Stopped) => chosen.clone(),
                 further => {
@@ -84,7 +84,7 @@ impl Searcher<'_> {
     }
 }
 
-/// Designs combinations as the settings say, and takes the best.
+/// Designs combinations according to the settings, and chooses the best.
 fn choose(mut choosing: Choosing) -> Result<CatalogueDesign, Error> {
     let lengths = choosing.lengths();
     let combinations = lengths.iter().fold(1, |count: u64, &length| count.saturating_mul(length as u64));
@@ -99,7 +99,7 @@ fn choose(mut choosing: Choosing) -> Result<CatalogueDesign, Error> {
     choosing.finish((method, complete), combinations)
 }
 
-/// All combinations of a place in each of some lists, the last changing first.
+/// All combinations of one index per list, the last index varying fastest.
 fn all_combinations(lengths: &[usize]) -> Vec<Vec<usize>> {
     lengths.iter().fold(vec![Vec::new()], |begun, &length| {
         let extend = |begun: &Vec<usize>| {

@@ -1,13 +1,13 @@
 use super::choosing::Choosing;
 
-/// Catalogues up to which all corners of the rounding are designed: 2 to this power of them.
+/// Maximum number of catalogues for which all corners of the rounding are designed: 2 to this power.
 const MOST_CORNERS: usize = 6;
 
-/// Catalogues up to which pairs of entries are exchanged at once; beyond, one at a time.
+/// Maximum number of catalogues for which two entries are changed at once; beyond it, one at a time.
 const MOST_PAIRS: usize = 8;
 
-/// Rounds the design without catalogues to the entries around it, and goes on to the best of all neighbours for as long as
-/// that is better. Designs at most `most` combinations. Whether it came to its end: no neighbour is better.
+/// Rounds the design without catalogues to the entries around it, and moves to the best of all neighbours as long as
+/// that is better. Designs at most `most` combinations. Returns whether it completed: no neighbour is better.
 pub(super) fn descend(choosing: &mut Choosing, most: usize) -> bool {
     let around = choosing.around();
     let lengths = choosing.lengths();
@@ -24,7 +24,7 @@ pub(super) fn descend(choosing: &mut Choosing, most: usize) -> bool {
         match best {
             _ if choosing.is_stopped() => return false,
             Some(best) if Some(&best) != before.as_ref() => next = neighbours(&best, &lengths),
-            // Nothing better: the end, unless some were left out.
+            // Nothing better: the search is complete, unless some neighbours were left out.
             _ => return !cut && before.is_some(),
         }
         if cut {
@@ -33,8 +33,8 @@ pub(super) fn descend(choosing: &mut Choosing, most: usize) -> bool {
     }
 }
 
-/// The roundings of a design, the nearest first: all of them, or of many catalogues the nearest and those that differ from
-/// it in one.
+/// The roundings of a design, the nearest first: all of them or, for many catalogues, the nearest and those that differ from
+/// it in one entry.
 fn corners(around: &[[usize; 2]]) -> Vec<Vec<usize>> {
     let pick = |other: &dyn Fn(usize) -> bool| -> Vec<usize> {
         around.iter().enumerate().map(|(place, sides)| sides[usize::from(other(place))]).collect()
@@ -50,7 +50,7 @@ fn corners(around: &[[usize; 2]]) -> Vec<Vec<usize>> {
     corners
 }
 
-/// Combinations that differ by one place in one catalogue, or in two where there are not many.
+/// Combinations that differ by one place in one catalogue, or in two if there are few catalogues.
 fn neighbours(from: &[usize], lengths: &[usize]) -> Vec<Vec<usize>> {
     let moved = |from: &[usize], place: usize, by: isize| -> Option<Vec<usize>> {
         let to = from[place].checked_add_signed(by).filter(|&to| to < lengths[place])?;

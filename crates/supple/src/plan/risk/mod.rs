@@ -24,9 +24,9 @@ const BISECTIONS: usize = 20;
 const LEAST_SHIFT: f64 = 1e-9;
 const MOST_SHIFT: f64 = 1e9;
 
-/// Finds the risk-sensitive plan (theory, equation P.17) from the nominal one in `plan`. What it leaves there as
-/// cost-to-go and value of information is that of its gains in the expected cost, so that the parts of the latter are
-/// true of it.
+/// Finds the risk-sensitive plan (theory, equation P.17) from the nominal one in `plan`. The cost-to-go and value of
+/// information that it stores there are those of its gains for the expected cost, so that the parts of the expected cost
+/// are correct for it.
 ///
 /// # Errors
 /// Where the sensitivity is so large that the exponential of the cost has no finite mean, with the largest that works;
@@ -96,7 +96,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Searches from the plan; the step of a breakdown, if there is one where the search ends.
+    /// Searches from the plan; returns the step of a breakdown, if the search ends in one.
     fn run(&mut self, sensitivity: f64, plan: &mut Plan, scratch: &mut Scratch) -> Result<Result<(), usize>, Error> {
         let (mut shift, mut stalled) = (0.0, 0);
         plan.mode = PlanMode::Risk;

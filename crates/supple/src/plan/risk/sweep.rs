@@ -29,7 +29,7 @@ pub(super) enum Failure {
     Indefinite(usize),
 }
 
-/// What the sweep finds beside the law.
+/// What the sweep finds in addition to the law.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Found {
     /// The risk-sensitive cost, less the nominal cost and what the covariance of the belief costs at any controls.

@@ -13,7 +13,7 @@ use crate::quantity::Unfit;
 use crate::{Point, Value};
 
 impl Build<'_> {
-    /// The drives: those that `actuated` names, else the actuators of the file, else all joints that move. A joint whose
+    /// The drives: those listed in `actuated`, else the actuators of the file, else all moving joints. A joint whose
     /// drive has a stiffness or damping in the task gets an actuator.
     pub(super) fn drives(
         &mut self,

@@ -31,7 +31,7 @@ impl Build<'_> {
         Ok(overrides)
     }
 
-    /// The springs of inserted joints, each named as its joint; locked joints have none.
+    /// The springs of inserted joints, each named after its joint; locked joints have none.
     pub(super) fn inserted_springs(&self) -> Vec<Element> {
         let springs = self.inserted.iter().flat_map(|inserted| {
             let numbers = inserted.stiffness.iter().zip(&inserted.damping);

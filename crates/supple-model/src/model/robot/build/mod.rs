@@ -45,8 +45,8 @@ pub(super) struct Build<'a> {
 /// Greatest number of moving joints in a robot.
 const MOST_JOINTS: usize = 200;
 
-/// Why a robot with that many moving joints is refused: recording its derivatives took 0.6 GB for 80 joints, growing
-/// with the power 2.5 of their number (measured on chains of 20 to 80).
+/// Error for a robot with too many moving joints: recording its derivatives took 0.6 GB for 80 joints, growing
+/// with their number to the power of 2.5 (measured on chains of 20 to 80).
 fn too_large(joints: usize) -> Option<String> {
     let gigabytes = 0.6 * (joints as f64 / 80.0).powi(2) * (joints as f64 / 80.0).sqrt();
     (joints > MOST_JOINTS).then(|| {
@@ -100,7 +100,7 @@ impl Build<'_> {
         FileError { help, ..self.error(&keys, message) }
     }
 
-    /// Checks that a value is at least `least`, or more than it.
+    /// Checks that a value is at least `least`, or above `least` if `more`.
     fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
         match self.parameters.least(value) {
             Some(found) if found < least || more && found <= least => {
