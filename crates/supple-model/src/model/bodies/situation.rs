@@ -27,7 +27,7 @@ struct Ahead<S> {
     lead: S,
 }
 
-/// A [`Situation`] with the indices of one compliance element's own coordinates and constants.
+/// Positions and velocities of everything, with the indices of one compliance element's own coordinates and constants.
 pub struct Own<'a, S> {
     now: &'a Situation<'a, S>,
     /// Index of the element's first coordinate among those that compliance adds.
