@@ -5,7 +5,7 @@ use supple_kernels::{Matrices, rows};
 use supple_model::Value;
 use supple_model::document::Place;
 use supple_model::model::AnyModel;
-use supple_model::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, semidefinite_factor};
+use supple_model::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, refuse_indefinite};
 use supple_model::value::symmetrise;
 use supple_text::FileError;
 
@@ -206,7 +206,7 @@ impl Reader<'_> {
             }
             Covariance::Sequence(_) => return error(&[], "must be constant over time in a task file".into()),
         }
-        if let Err(minor) = semidefinite_factor(&self.at_start(covariance), 0) {
+        if let Err(minor) = refuse_indefinite(&self.at_start(covariance), 0) {
             return error(&[], format!("must be positive semidefinite; its leading {minor} x {minor} block is not"));
         }
         Ok(())

@@ -7,7 +7,7 @@ use supple_text::FileError;
 use super::{Cost, Weights};
 use crate::Value;
 use crate::document::{Document, Place};
-use crate::noise::{Covariance, semidefinite_factor};
+use crate::noise::{Covariance, refuse_indefinite};
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Measurable, StateAndControl};
 use crate::value::symmetrise;
@@ -77,7 +77,7 @@ fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<()
         let valid = "must be positive semidefinite, so that no cost is negative";
         Err(format!("{valid}; its leading {minor} x {minor} block is not"))
     };
-    semidefinite_factor(&matrix, 0).map(|_| ()).or_else(indefinite)
+    refuse_indefinite(&matrix, 0).or_else(indefinite)
 }
 
 fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {

@@ -217,6 +217,26 @@ impl NoiseModel {
     }
 }
 
+/// Checks that a matrix which a user gave is positive semidefinite, whatever the units of its rows.
+///
+/// # Errors
+/// If it is not: the order of its first leading block that is indefinite.
+pub fn refuse_indefinite(matrix: &Matrices, index: usize) -> Result<(), usize> {
+    let n = matrix.rows();
+    let scale: Vec<f64> = (0..n).map(|i| matrix.get(index, i, i).abs().sqrt()).collect();
+    let mut scaled = Matrices::zeros(1, n, n);
+    for i in 0..n {
+        for j in 0..n {
+            let (entry, unit) = (matrix.get(index, i, j), scale[i] * scale[j]);
+            if unit == 0.0 && entry != 0.0 {
+                return Err(i.max(j) + 1);
+            }
+            scaled.set(0, i, j, if unit > 0.0 { entry / unit } else { 0.0 });
+        }
+    }
+    semidefinite_factor(&scaled, 0).map(drop)
+}
+
 /// A factor `G` of one of these matrices, which equals `G G'`; handles singular covariances by zero columns at vanishing
 /// pivots of the Cholesky factorisation. Row-major, order x order.
 ///
@@ -245,4 +265,32 @@ pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Result<Vec<f6
         row[j] = if pivot > 1e-14 * scale { pivot.sqrt() } else { 0.0 };
     }
     Ok(factor)
+}
+
+#[cfg(test)]
+mod tests {
+    use supple_kernels::Matrices;
+
+    use super::refuse_indefinite;
+
+    #[test]
+    fn indefinite_matrices_are_found_in_any_units() {
+        let check = |rows: [[f64; 3]; 3], units: [f64; 3]| {
+            let mut matrix = Matrices::zeros(1, 3, 3);
+            for i in 0..3 {
+                for j in 0..3 {
+                    matrix.set(0, i, j, units[i] * rows[i][j] * units[j]);
+                }
+            }
+            refuse_indefinite(&matrix, 0)
+        };
+        for units in [[1.0; 3], [1e6, 1.0, 1.0], [1e-9, 1.0, 1e9], [1.0, 1e100, 1e-100]] {
+            assert_eq!(check([[1.0, 0.0, 0.0], [0.0, 1.0, 2.0], [0.0, 2.0, 1.0]], units), Err(3));
+            assert_eq!(check([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]], units), Err(2));
+            assert_eq!(check([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0]], units), Err(3));
+            // Singular, and that by rounding too.
+            assert_eq!(check([[1.0, 0.1, 0.3], [0.1, 0.01, 0.03], [0.3, 0.03, 0.09]], units), Ok(()));
+            assert_eq!(check([[0.0, 0.0, 0.0], [0.0, 1.0, 0.5], [0.0, 0.5, 1.0]], units), Ok(()));
+        }
+    }
 }
