@@ -217,7 +217,8 @@ impl NoiseModel {
     }
 }
 
-/// Checks that a matrix which a user gave is positive semidefinite, whatever the units of its rows.
+/// Checks that a given matrix is positive semidefinite, whatever the units of its rows: [`semidefinite_factor`] of the
+/// matrix scaled to a unit diagonal.
 ///
 /// # Errors
 /// If it is not: the order of its first leading block that is indefinite.
@@ -238,7 +239,8 @@ pub fn refuse_indefinite(matrix: &Matrices, index: usize) -> Result<(), usize> {
 }
 
 /// A factor `G` of one of these matrices, which equals `G G'`; handles singular covariances by zero columns at vanishing
-/// pivots of the Cholesky factorisation. Row-major, order x order.
+/// pivots of the Cholesky factorisation. Row-major, order x order. Its tolerances are relative to the largest entry, because
+/// rounding of a computed covariance is.
 ///
 /// # Errors
 /// If the matrix is indefinite: the order of its first leading block that is indefinite.

@@ -468,7 +468,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:6:30: general: `gaintype` is `fix`; valid: `fixed`, `affine`, `muscle`, `user`, `dcmotor` (did you mean `fixed`?)",
     ),
     (
-        "a range that does not exist to inherit",
+        "a range that is not there to inherit",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='k' inheritrange='1'/></actuator></mujoco>",
         "robot.xml:6:35: position: its joint has no range to inherit",
     ),

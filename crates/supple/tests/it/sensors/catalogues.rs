@@ -147,7 +147,7 @@ sensors = "sensors.csv"
     assert!(error.line == 5 && error.message.contains("not a finite number"), "{error}");
     let error = read(&table.replace("1e-6, 400", "1e-6, inf"), WithSensors::Chosen).err().unwrap();
     assert!(error.line == 7 && error.message.contains("must be at least 0; found inf"), "{error}");
-    // One that does not exist is missed where the task names it.
+    // One that is not there is missed where the task names it.
     let error = supple_file::parse_with(&file, &name, WithSensors::Chosen).err().unwrap();
     assert!(error.file == name && error.key == "catalogue.sensors" && error.line > 0, "{error}");
     assert!(error.message.contains("sensors.csv: cannot be read"), "{error}");
