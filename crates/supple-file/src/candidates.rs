@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -103,6 +102,8 @@ pub(super) fn equip(
     let kinds = &source.kinds.quantities;
     let at = ["catalogue".into()];
     if document.get(&at).is_none() {
+        let equipment = Equipment::of(&*model);
+        let model = if equipment.added.is_empty() { model } else { model.equipped(equipment) };
         return Ok((model, (None, Vec::new())));
     }
     let file: CatalogueFile = document.read(&at)?;
@@ -173,8 +174,11 @@ impl Building<'_> {
             return Err(self.document.error(&self.at, "must have one or more sensors: [[catalogue.sensors]]"));
         }
         let (own, vocabulary) = (model.channels().measurements, model.vocabulary());
-        let kept = self.kept(file, &own)?;
-        let mut equipment = Equipment { own: own.len(), kept, added: Vec::new() };
+        let all = Equipment::of(&*model);
+        let recalled = all.added.iter().map(|(_, channel, _)| channel.clone());
+        let offered: Vec<Channel> = own.iter().cloned().chain(recalled).collect();
+        let kept = self.kept(file, &offered)?;
+        let mut equipment = all.keeping(&kept);
         let mut sensors: Vec<CatalogueSensor> = Vec::with_capacity(count);
         for index in 0..count {
             let (common, kind) = self.common(index, &sensors)?;
@@ -256,10 +260,7 @@ impl Building<'_> {
         if !OWN_KINDS.contains(&kind) {
             let context = Context { kinds: self.kinds, vocabulary, parameters: self.parameters };
             let sensor = read_sensor((kind, table), (self.document, &at), &context)?;
-            let quantity = Arc::new(sensor.quantity);
-            let entries = sensor.channels.into_iter().zip(sensor.variances).enumerate();
-            let entry = |(entry, (channel, variance))| (Entry::Of(quantity.clone(), entry), channel, variance);
-            return Ok(entries.map(entry).collect());
+            return Ok(Equipment::entries(&sensor));
         }
         let (noise, table) = Noise::of(table, (self.document, &at))?;
         let channel = |number: usize| Channel::new(format!("{name} {}", number + 1), "");

@@ -163,6 +163,7 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
     let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
     let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
     let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters, &kinds)?;
+    tasks::check_enforced(&document, top.planning.plan)?;
     let files = model.files().into_iter().chain(tables).chain(catalogues).collect();
     let of_file = [angles::in_degrees(&document), of_tasks].concat();
     let warnings = [model.warnings(), of_file.clone()].concat();

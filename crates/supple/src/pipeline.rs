@@ -156,13 +156,7 @@ impl TaskState {
 
     fn plan_in_mode(&mut self, (task, phi): (&Task, &[f64]), how: (&PlanSettings, Patience)) -> Result<(), Error> {
         let settings = how.0;
-        if settings.plan != PlanMode::Nominal && task.system.constraints().is_some() {
-            return Err(Error::Planning {
-                plan: settings.plan.name(),
-                problem: "does not support enforced limits".to_owned(),
-                advice: "leave out `enforce` in `[[tasks.limits]]`, or use plan = \"nominal\"",
-            });
-        }
+        check_limits(task, settings.plan)?;
         match settings.plan {
             PlanMode::Nominal => search(task.nominal(phi), how, &mut self.plan, &mut self.plan_work, &mut self.scratch),
             PlanMode::Sampled => {
@@ -174,7 +168,8 @@ impl TaskState {
                 let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
                 let first = found.trajectory.controls.clone();
                 search(task.nominal(phi), how, found, plan_work, scratch)?;
-                plan_belief((task, phi), &first, (settings, plan_work.deadline), found, memory, scratch)
+                plan_belief((task, phi), &first, (settings, plan_work.deadline), found, memory, scratch);
+                Ok(())
             }
             PlanMode::Risk => {
                 let Self { plan: found, plan_work, scratch, .. } = self;
@@ -316,6 +311,21 @@ impl TaskState {
         let work = gradient_work.get_or_insert_with(|| workspace(task));
         frozen_gradient((&*task.system, phi, &task.noise), (plan, belief, noise), work, scratch, out);
     }
+}
+
+/// # Errors
+/// If the kind of plan cannot keep a limit that the task enforces.
+fn check_limits(task: &Task, plan: PlanMode) -> Result<(), Error> {
+    let (problem, advice) = match () {
+        () if task.system.constraints().is_some() && !plan.keeps_limits() => {
+            ("does not support enforced limits", "leave out `enforce` in `[[tasks.limits]]`, or use plan = \"nominal\"")
+        }
+        () if task.control_bounds.is_some() && !plan.keeps_control_limits() => {
+            ("does not support control limits", "set `enforce_effort_limits = false`, or use plan = \"nominal\"")
+        }
+        () => return Ok(()),
+    };
+    Err(Error::Planning { plan: plan.name(), problem: problem.to_owned(), advice })
 }
 
 fn workspace(task: &Task) -> Box<GradientWorkspace> {

@@ -124,7 +124,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     let name = &task.name;
     if task.status == PlanStatus::LimitsExceeded {
         return Some(format!(
-            "wider limits, more time or stronger drives: no plan of {name} was found that satisfies its enforced limits"
+            "wider limits, more time, stronger drives or another initial state: no plan of {name} was found that satisfies its enforced limits"
         ));
     }
     if !task.status.is_converged() {

@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
-use supple::plan::bounds_of;
+use supple::plan::{PlanMode, bounds_of};
 use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
-use supple_model::document::{Content, Document, Place};
+use supple_model::document::{Content, Document, Place, Spanned};
 use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
+use supple_model::noise::NoiseModel;
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
 use supple_text::{FileError, digits, quoted, significant};
@@ -136,6 +137,43 @@ const FINAL_WEIGHTS: [&str; 2] = ["final_weight", "final"];
 const NO_LIMITS: &str =
     "limits require effort limits of driven joints whose gears are numbers, or actuator ranges, in the robot file";
 
+/// Adds to the noise what sensors recall of the last step: nothing at first; then the process noise of the states whose
+/// rates they measure, over the time step (theory, equation R.28).
+fn recall(noise: &mut NoiseModel, model: &dyn AnyModel, time_step: Value) {
+    let recalled = model.recalled();
+    if recalled.is_empty() {
+        return;
+    }
+    let none = |_: usize| Vec::new();
+    noise.initial.extend(recalled.len(), none);
+    noise.process.extend(recalled.len(), |index| {
+        recalled[index].rate_of.map(|state| (state, Value::Number(1.0).over(time_step))).into_iter().collect()
+    });
+}
+
+/// Checks that plans of this kind can keep all limits that tasks enforce.
+pub(super) fn check_enforced(document: &Document, plan: PlanMode) -> Result<(), FileError> {
+    let is_set = |at: &[Place]| matches!(document.get(at).map(Spanned::get_ref), Some(Content::Boolean(true)));
+    let refuse = |at: &[Place], what: &str| {
+        let message = format!("must be false with plan = \"{plan}\", which does not support {what}; found true");
+        Err(document.error(at, message).with_help("use plan = \"nominal\" in [planning], or leave this key out"))
+    };
+    for task in 0..document.tables(&["tasks".into()])? {
+        let limits = ["tasks".into(), task.into(), "limits".into()];
+        for limit in 0..document.tables(&limits)? {
+            let at: Vec<Place> = limits.into_iter().chain([limit.into(), "enforce".into()]).collect();
+            if !plan.keeps_limits() && is_set(&at) {
+                return refuse(&at, "enforced limits");
+            }
+        }
+        let at = ["tasks".into(), task.into(), "enforce_effort_limits".into()];
+        if !plan.keeps_control_limits() && is_set(&at) {
+            return refuse(&at, "control limits");
+        }
+    }
+    Ok(())
+}
+
 /// Reads `[[tasks]]`.
 ///
 /// Also what looks like a mistake.
@@ -206,11 +244,16 @@ impl Reader<'_> {
         followed.extend(efforts);
         let states = &vocabulary.states;
         let first = FirstState { document: self.document, index: self.index, parameters: self.parameters, model };
-        let initial_state = first.read(file.initial_state)?;
+        let mut initial_state = first.read(file.initial_state)?;
+        // Nothing happened before the first step.
+        initial_state.resize(size.states, Value::Number(0.0));
         let mut noise = self.noise(file.noise, model, states)?;
         let mut costs = self.costs(&context)?;
         if file.per == Per::Second {
             noise.per_second(file.time_step);
+        }
+        recall(&mut noise, model, file.time_step);
+        if file.per == Per::Second {
             for (number, cost) in costs.iter_mut().enumerate() {
                 cost.stage.scale(file.time_step);
                 // A final weight that is not given equals the stage weight.

@@ -116,6 +116,7 @@ impl Reader<'_> {
         states: &[String],
     ) -> Result<NoiseModel, FileError> {
         let size = model.dimensions();
+        let own_states = size.states - model.recalled().len();
         let missing = |key: &'static str| self.error(&["noise".into(), key.into()], "is missing");
         let own =
             self.given(("measurement", "measurement_deviation"), (file.measurement, file.measurement_deviation), None)?;
@@ -134,8 +135,8 @@ impl Reader<'_> {
             measurement,
             varying: self.varying(&file.varying, model)?,
         };
-        self.covariance("initial", &file.initial, size.states)?;
-        self.covariance("process", &file.process, size.states)?;
+        self.covariance("initial", &file.initial, own_states)?;
+        self.covariance("process", &file.process, own_states)?;
         self.covariance("measurement", &file.measurement, size.measurements)?;
         let v = self.at_start(&file.measurement);
         let stride = v.stride();

@@ -11,7 +11,7 @@ use crate::contacts::{Contact, ContactState};
 use crate::cost::Cost;
 use crate::followed::Followed;
 use crate::noise::Covariance;
-use crate::quantity::{Known, Quantity, Unfit, Vocabulary};
+use crate::quantity::{Known, Quantity, Sensor, Unfit, Vocabulary};
 use crate::scene::Picture;
 use crate::system::{Authored, System};
 
@@ -38,6 +38,34 @@ pub struct Equipment {
 }
 
 impl Equipment {
+    /// All sensors of a model: its measurements, and what its sensors recall of the last step.
+    #[must_use]
+    pub fn of(model: &dyn AnyModel) -> Self {
+        let own = model.dimensions().measurements;
+        Self { own, kept: (0..own).collect(), added: model.recalling().iter().flat_map(Self::entries).collect() }
+    }
+
+    /// The entries of a sensor.
+    pub fn entries(sensor: &Sensor) -> Vec<(Entry, Channel, Value)> {
+        let quantity = Arc::new(sensor.quantity.clone());
+        let entries = sensor.channels.iter().zip(&sensor.variances).enumerate();
+        entries
+            .map(|(entry, (channel, &variance))| (Entry::Of(quantity.clone(), entry), channel.clone(), variance))
+            .collect()
+    }
+
+    /// The same with only some of its entries, by their numbers in order.
+    #[must_use]
+    pub fn keeping(self, numbers: &[usize]) -> Self {
+        let Self { own, kept, added } = self;
+        let is_kept = |number: usize| numbers.contains(&number);
+        let first = kept.len();
+        let kept = kept.into_iter().enumerate().filter(|(place, _)| is_kept(*place)).map(|(_, row)| row).collect();
+        let added =
+            added.into_iter().enumerate().filter(|(place, _)| is_kept(first + place)).map(|(_, it)| it).collect();
+        Self { own, kept, added }
+    }
+
     /// The covariance of all entries, given that of the model's own measurements; added noise is independent.
     ///
     /// # Errors
@@ -71,34 +99,111 @@ impl Equipment {
     }
 }
 
-/// A model with replaced sensors.
+/// A state that keeps what an entry of a quantity was in the last step, for sensors of what depends on the control
+/// (theory, equation R.28).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recalled {
+    /// Its name and unit.
+    pub channel: Channel,
+    /// The model's state whose rate the entry is, if it is one. Its process noise over the time step is part of that rate.
+    pub rate_of: Option<usize>,
+}
+
+/// A model with replaced sensors. Its states are the model's own, and after these what sensors recall of the last step.
 #[derive(Clone, Debug)]
 pub(super) struct Equipped<M> {
-    pub model: M,
-    pub equipment: Equipment,
+    model: M,
+    equipment: Equipment,
+    recalled: Vec<Recalled>,
+    /// How many states and measurements the model itself has.
+    own: Dimensions,
+}
+
+impl<M: ModelFile> Equipped<M> {
+    pub fn new(model: M, equipment: Equipment) -> Self {
+        let mut taken = model.state_names();
+        let mut recalled = Vec::new();
+        for (entry, channel, _) in &equipment.added {
+            let Some((quantity, entry)) = entry.of_last_step() else { continue };
+            let plain = format!("last.{}", channel.name);
+            let numbered = (2..).map(|number| format!("{plain}.{number}"));
+            let name = std::iter::once(plain.clone()).chain(numbered).find(|name| !taken.contains(name));
+            let name = name.unwrap_or(plain);
+            taken.push(name.clone());
+            recalled
+                .push(Recalled { channel: Channel::new(name, channel.unit.clone()), rate_of: quantity.rate_of(entry) });
+        }
+        Self { own: Model::dimensions(&model), model, equipment, recalled }
+    }
+
+    /// A point without what sensors recall.
+    fn own<'a, S: Scalar>(&self, at: &Point<'a, S>) -> Point<'a, S> {
+        Point { x: &at.x[..self.own.states], ..*at }
+    }
+
+    /// The model's signals, if any of these quantities takes them.
+    fn signals_for<'q, S: Scalar>(&self, at: &Point<S>, mut of: impl Iterator<Item = &'q Quantity>) -> Vec<S> {
+        let mut signals = Vec::new();
+        if of.any(Quantity::needs_signals) {
+            signals.resize(self.model.signals().len(), S::zero());
+            self.model.signal(at, &mut signals);
+        }
+        signals
+    }
+}
+
+impl Entry {
+    /// The entry of a quantity that is measured one step later; `None` for what is measured at once.
+    fn of_last_step(&self) -> Option<(&Quantity, usize)> {
+        match self {
+            Self::Of(quantity, entry) if quantity.depends_on_control() => Some((quantity, *entry)),
+            _ => None,
+        }
+    }
+
+    /// The quantity that is measured at once.
+    fn of_now(&self) -> Option<&Quantity> {
+        match self {
+            Self::Of(quantity, _) if !quantity.depends_on_control() => Some(quantity),
+            _ => None,
+        }
+    }
 }
 
 impl<M: ModelFile> Model for Equipped<M> {
     fn dimensions(&self) -> Dimensions {
         let measurements = self.equipment.kept.len() + self.equipment.added.len();
-        Dimensions { measurements, ..Model::dimensions(&self.model) }
+        Dimensions { states: self.own.states + self.recalled.len(), measurements, ..self.own }
     }
 
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+        let at = &self.own(at);
+        let (next, recalled) = next.split_at_mut(self.own.states);
         self.model.step(at, next);
+        let all = || self.equipment.added.iter().filter_map(|(entry, ..)| entry.of_last_step());
+        // What it measures does not depend on the unknowns of the step.
+        let at = &Point { w: &[], ..*at };
+        let signals = self.signals_for(at, all().map(|(quantity, _)| quantity));
+        let known = Known { signals: &signals, next };
+        let mut values = Vec::new();
+        for (recalled, (quantity, entry)) in recalled.iter_mut().zip(all()) {
+            // The entries of a quantity are consecutive.
+            if entry == 0 {
+                values = quantity.values(at, &known);
+            }
+            *recalled = values[entry];
+        }
     }
 
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
-        let mut own = vec![S::zero(); Model::dimensions(&self.model).measurements];
+        let recalled = &at.x[self.own.states..];
+        let at = &self.own(at);
+        let mut own = vec![S::zero(); self.own.measurements];
         self.model.observe(at, &mut own);
         let Equipment { kept, added, .. } = &self.equipment;
-        let mut signals = Vec::new();
-        if added.iter().any(|(entry, ..)| matches!(entry, Entry::Of(quantity, _) if quantity.needs_signals())) {
-            signals = vec![S::zero(); self.model.signals().len()];
-            self.model.signal(at, &mut signals);
-        }
+        let signals = self.signals_for(at, added.iter().filter_map(|(entry, ..)| entry.of_now()));
         let known = Known { signals: &signals, next: &[] };
-        let mut measured = Vec::new();
+        let (mut measured, mut recalled) = (Vec::new(), recalled.iter());
         let (first, rest) = y.split_at_mut(kept.len());
         for (y, &row) in first.iter_mut().zip(kept) {
             *y = own[row];
@@ -106,6 +211,7 @@ impl<M: ModelFile> Model for Equipped<M> {
         for (y, (entry, ..)) in rest.iter_mut().zip(added) {
             *y = match entry {
                 Entry::Own(row) => own[*row],
+                Entry::Of(..) if entry.of_last_step().is_some() => recalled.next().copied().unwrap_or_else(S::zero),
                 Entry::Of(quantity, entry) => {
                     // The entries of a quantity are consecutive.
                     if *entry == 0 {
@@ -126,15 +232,15 @@ impl<M: ModelFile> Model for Equipped<M> {
     }
 
     fn balance<S: Scalar>(&self, at: &Point<S>, residual: &mut [S]) {
-        self.model.balance(at, residual);
+        self.model.balance(&self.own(at), residual);
     }
 
     fn mass<S: Scalar>(&self, at: &Point<S>, matrix: &mut [S]) {
-        self.model.mass(at, matrix);
+        self.model.mass(&self.own(at), matrix);
     }
 
     fn solution<S: Scalar>(&self, at: &Point<S>) -> Option<Vec<S>> {
-        self.model.solution(at)
+        self.model.solution(&self.own(at))
     }
 
     fn signals(&self) -> Vec<String> {
@@ -142,7 +248,7 @@ impl<M: ModelFile> Model for Equipped<M> {
     }
 
     fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
-        self.model.signal(at, out);
+        self.model.signal(&self.own(at), out);
     }
 
     fn own_cost(&self, last: bool) -> Option<OwnCost> {
@@ -150,7 +256,7 @@ impl<M: ModelFile> Model for Equipped<M> {
     }
 
     fn own_residual<S: Scalar>(&self, at: &Point<S>, last: bool, out: &mut [S]) {
-        self.model.own_residual(at, last, out);
+        self.model.own_residual(&self.own(at), last, out);
     }
 
     fn own_norm<S: Scalar>(&self, residual: &[S], phi: &[S], time_step: S, last: bool) -> S {
@@ -166,7 +272,7 @@ impl<M: ModelFile> Model for Equipped<M> {
     }
 
     fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
-        self.model.contact_states(at)
+        self.model.contact_states(&self.own(at))
     }
 
     fn substeps(&self) -> Option<usize> {
@@ -174,7 +280,7 @@ impl<M: ModelFile> Model for Equipped<M> {
     }
 
     fn widened(&self, length: Value, speed: Value) -> Option<Self> {
-        Some(Self { model: self.model.widened(length, speed)?, equipment: self.equipment.clone() })
+        Some(Self { model: self.model.widened(length, speed)?, ..self.clone() })
     }
 
     fn joint_names(&self) -> Vec<String> {
@@ -190,7 +296,8 @@ impl<M: ModelFile> Model for Equipped<M> {
     }
 
     fn state_names(&self) -> Vec<String> {
-        self.model.state_names()
+        let recalled = self.recalled.iter().map(|recalled| recalled.channel.name.clone());
+        self.model.state_names().into_iter().chain(recalled).collect()
     }
 
     fn frame_names(&self) -> Vec<String> {
@@ -214,15 +321,16 @@ impl<M: ModelFile> Model for Equipped<M> {
         let Equipment { kept, added, .. } = &self.equipment;
         let kept = kept.iter().map(|&row| measurements[row].clone());
         let measurements = kept.chain(added.iter().map(|(_, channel, _)| channel.clone())).collect();
-        Channels { states, controls, measurements }
+        let recalled = self.recalled.iter().map(|recalled| recalled.channel.clone());
+        Channels { states: states.into_iter().chain(recalled).collect(), controls, measurements }
     }
 
     fn picture(&self, at: &Point<f64>) -> Option<Picture> {
-        self.model.picture(at)
+        self.model.picture(&self.own(at))
     }
 
     fn landmarks<S: Scalar>(&self, at: &Point<S>) -> Vec<[S; 3]> {
-        self.model.landmarks(at)
+        self.model.landmarks(&self.own(at))
     }
 }
 
@@ -256,7 +364,9 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
         ModelFile::followers(&self.model)
     }
     fn vocabulary(&self) -> Vocabulary {
-        Vocabulary::of(self)
+        let own = Vocabulary::of(&self.model);
+        let Channels { states, controls, .. } = own.channels;
+        Vocabulary { channels: Channels { states, controls, measurements: Model::channels(self).measurements }, ..own }
     }
     fn system(
         &self,
@@ -274,5 +384,8 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     }
     fn equipment(&self) -> Option<&Equipment> {
         Some(&self.equipment)
+    }
+    fn recalled(&self) -> &[Recalled] {
+        &self.recalled
     }
 }

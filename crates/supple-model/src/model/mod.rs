@@ -18,7 +18,7 @@ use crate::document::{Described, FileError};
 use crate::followed::Followed;
 use crate::parameters::Parameters;
 use crate::physics::{FileSensor, Model, OwnCost, Point};
-use crate::quantity::{Unfit, Vocabulary};
+use crate::quantity::{Sensor, Unfit, Vocabulary};
 use crate::system::{Authored, System};
 
 mod bodies;
@@ -33,7 +33,7 @@ mod start;
 mod two_mass;
 
 use equipped::Equipped;
-pub use equipped::{Entry, Equipment};
+pub use equipped::{Entry, Equipment, Recalled};
 pub use kinds::{Kinds, Source};
 pub use linear::Linear;
 pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
@@ -60,6 +60,11 @@ pub trait ModelFile: Model + Clone {
     /// The files that it names, except meshes.
     fn files(&self) -> Vec<PathBuf> {
         Vec::new()
+    }
+
+    /// Sensors of the model that measure what depends on the control, and are not among its measurements.
+    fn recalling(&self) -> &[Sensor] {
+        &[]
     }
 
     /// Warnings about ignored or suspicious parts of the files that it names.
@@ -153,6 +158,14 @@ pub trait AnyModel {
     fn equipment(&self) -> Option<&Equipment> {
         None
     }
+    /// Its sensors that measure what depends on the control; they become measurements by [`AnyModel::equipped`].
+    fn recalling(&self) -> &[Sensor] {
+        &[]
+    }
+    /// States after its own, that keep what such sensors measure.
+    fn recalled(&self) -> &[Recalled] {
+        &[]
+    }
 }
 
 impl<M: ModelFile> AnyModel for M {
@@ -195,7 +208,10 @@ impl<M: ModelFile> AnyModel for M {
         Arc::new(Authored::new(self.clone(), costs, time_step, parameters).following(followed))
     }
     fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel> {
-        Box::new(Equipped { model: *self, equipment })
+        Box::new(Equipped::new(*self, equipment))
+    }
+    fn recalling(&self) -> &[Sensor] {
+        ModelFile::recalling(self)
     }
 }
 

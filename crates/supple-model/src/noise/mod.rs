@@ -39,6 +39,37 @@ impl Covariance {
         }
     }
 
+    /// Adds `count` entries, each a sum of the present ones with factors: by index, what it is a sum of. The covariance `W`
+    /// becomes `[I; F] W [I; F]'` with these factors `F`.
+    ///
+    /// A sequence of matrices is left as it is.
+    pub fn extend(&mut self, count: usize, sum: impl Fn(usize) -> Vec<(usize, Value)>) {
+        let sums: Vec<Vec<(usize, Value)>> = (0..count).map(sum).collect();
+        let own = self.order();
+        if let Self::Diagonal(variances) = self {
+            if sums.iter().flatten().all(|(index, factor)| factor.is_zero() || variances[*index].is_zero()) {
+                variances.resize(own + count, Value::Number(0.0));
+                return;
+            }
+            let row = |i: usize| (0..own).map(|j| if i == j { variances[i] } else { Value::Number(0.0) }).collect();
+            *self = Self::Full((0..own).map(row).collect());
+        }
+        let Self::Full(rows) = self else { return };
+        let combined = |values: &[Value], sum: &[(usize, Value)]| {
+            let terms = sum.iter().map(|&(index, factor)| values[index].times(factor));
+            terms.reduce(Value::plus).unwrap_or(Value::Number(0.0))
+        };
+        for row in rows.iter_mut() {
+            let added: Vec<Value> = sums.iter().map(|sum| combined(row, sum)).collect();
+            row.extend(added);
+        }
+        for sum in &sums {
+            let column = |j: usize| combined(&rows[..own].iter().map(|row| row[j]).collect::<Vec<_>>(), sum);
+            let row = (0..own + count).map(column).collect();
+            rows.push(row);
+        }
+    }
+
     /// Its order.
     pub fn order(&self) -> usize {
         match self {

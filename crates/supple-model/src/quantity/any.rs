@@ -26,6 +26,7 @@ trait Kind: Any + Debug + Send + Sync {
     fn depends_on_control(&self) -> bool;
     fn needs_signals(&self) -> bool;
     fn needs_next(&self) -> bool;
+    fn rate_of(&self, entry: usize) -> Option<usize>;
     fn least_targets(&self) -> usize;
     fn needs_target(&self) -> bool;
     fn signal_of(&self, entry: usize) -> Option<usize>;
@@ -56,6 +57,9 @@ impl<Q: Measurable> Kind for Q {
     }
     fn needs_next(&self) -> bool {
         Measurable::needs_next(self)
+    }
+    fn rate_of(&self, entry: usize) -> Option<usize> {
+        Measurable::rate_of(self, entry)
     }
     fn least_targets(&self) -> usize {
         Measurable::least_targets(self)
@@ -153,6 +157,11 @@ impl Quantity {
     /// Whether it depends on the next state.
     pub fn needs_next(&self) -> bool {
         self.0.needs_next()
+    }
+
+    /// The state whose rate an entry is: see [`Measurable::rate_of`].
+    pub fn rate_of(&self, entry: usize) -> Option<usize> {
+        self.0.rate_of(entry)
     }
 
     /// How many targets a cost must give if it gives any; the remaining targets are 0.

@@ -6,7 +6,7 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Accelerations of joints, rad/s^2 or m/s^2: by how much their velocities change over a time step. They depend on the
-/// control.
+/// control; an accelerometer measures those of the last step.
 #[derive(Clone, Debug)]
 pub struct JointAcceleration {
     /// Places of the velocities among the states.
@@ -70,5 +70,9 @@ impl Measurable for JointAcceleration {
 
     fn needs_next(&self) -> bool {
         true
+    }
+
+    fn rate_of(&self, entry: usize) -> Option<usize> {
+        self.selected.get(entry).copied()
     }
 }

@@ -130,8 +130,8 @@ pub trait Measurable: Debug + Send + Sync + 'static {
         values
     }
 
-    /// Whether it depends on the control. If so, it is excluded from the final cost, and cannot be measured, as controls
-    /// are chosen after measuring.
+    /// Whether it depends on the control. If so, it is excluded from the final cost, and sensors measure what it was in
+    /// the last step, as controls are chosen after measuring.
     fn depends_on_control(&self) -> bool {
         false
     }
@@ -144,6 +144,12 @@ pub trait Measurable: Debug + Send + Sync + 'static {
     /// Whether it depends on the next state.
     fn needs_next(&self) -> bool {
         false
+    }
+
+    /// The state of which an entry is the change over a time step, per time; `None` for all other entries. Only such
+    /// entries may depend on the next state where they are measured.
+    fn rate_of(&self, _entry: usize) -> Option<usize> {
+        None
     }
 
     /// How many targets a cost must give if it gives any; the remaining targets are 0.

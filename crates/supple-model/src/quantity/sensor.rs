@@ -25,6 +25,14 @@ pub struct Sensor {
     pub variances: Vec<Value>,
 }
 
+impl Sensor {
+    /// Whether it measures what a quantity was in the last step, as it depends on the control.
+    #[must_use]
+    pub fn recalls(&self) -> bool {
+        self.quantity.depends_on_control()
+    }
+}
+
 /// The keys of a sensor beside those of its quantity.
 const KEYS: &[&str] = &["variance", DEVIATION];
 
@@ -83,9 +91,8 @@ pub fn read_sensor(
     let unfit = |key: &'static str, message: &str| Unfit::new(key, message).at(document, at);
     let (noise, keys_of_noise) = Noise::of(table, (document, at))?;
     let quantity = context.read((kind, table.beside(KEYS)), (document, at))?;
-    if quantity.depends_on_control() {
-        let why = "cannot be measured: it depends on the control, which is computed after the measurement";
-        return Err(unfit("kind", &format!("`{kind}` {why}")));
+    if quantity.needs_next() && (0..quantity.len()).any(|entry| quantity.rate_of(entry).is_none()) {
+        return Err(unfit("kind", &format!("`{kind}` cannot be measured: it depends on the next state")));
     }
     if quantity.is_empty() {
         return Err(unfit("select", "name at least one"));
@@ -102,6 +109,6 @@ pub fn sensor_schemas(
     generator: &mut schemars::SchemaGenerator,
 ) -> Vec<(&'static str, schemars::Schema)> {
     let common = <File as schemars::JsonSchema>::json_schema(generator);
-    let all = kinds.schemas(generator).into_iter().filter(|(kind, _)| !kinds.is_of_control(kind));
+    let all = kinds.schemas(generator).into_iter();
     all.map(|(kind, own)| (kind, with_deviation(merged(own, &common)))).collect()
 }

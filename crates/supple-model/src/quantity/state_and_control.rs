@@ -47,7 +47,7 @@ impl Measurable for StateAndControl {
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {
         let (x, u) = out.split_at_mut(self.states);
-        x.copy_from_slice(at.x);
+        x.copy_from_slice(&at.x[..self.states]);
         u.copy_from_slice(at.u);
     }
 

@@ -49,14 +49,14 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(Kept { ends, excesses, .. }) = &self.kept else { return };
         let program = (excesses, |recorder: &Recorder<M>, last| recorder.excesses(ends, last));
         self.run_kept(program, at, (&at_points(at), phi), (Some(out), &mut []), scratch);
-        for i in 0..at.count() {
-            let (is_first, is_end) = (at.times.of(i) == 0, i >= at.stages);
-            for (excess, of_control) in out.vector_mut(i).iter_mut().zip(&ends.of_control) {
-                if if *of_control { is_end } else { is_first } {
-                    *excess = f64::NEG_INFINITY;
-                }
-            }
+        for i in at.stages..at.count() {
+            let undefined = out.vector_mut(i).iter_mut().zip(&ends.of_control).filter(|(_, of_control)| **of_control);
+            undefined.for_each(|(excess, _)| *excess = f64::NEG_INFINITY);
         }
+    }
+
+    fn of_control(&self) -> &[bool] {
+        self.kept.as_ref().map_or(&[], |kept| &kept.ends.of_control)
     }
 
     fn excess_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {

@@ -23,8 +23,12 @@ pub trait Constraints: Send + Sync {
     /// The bounds of the ends at `phi`, q of them, in the units of their numbers.
     fn bounds(&self, phi: &[f64]) -> Vec<f64>;
 
-    /// How far each number is beyond its bound at every point: vectors of length q.
+    /// How far each number is beyond its bound at every point: vectors of length q; minus infinity at the end for those
+    /// that depend on the control.
     fn excesses(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+
+    /// Whether the number of each end depends on the control, q of them.
+    fn of_control(&self) -> &[bool];
 
     /// `e_z` at every point: q x (n + m); rows of bounds that do not apply there are zero.
     fn excess_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
@@ -63,11 +67,25 @@ pub struct ExcessVariation<'a> {
 }
 
 impl dyn Constraints + '_ {
-    /// The excesses at all points, as new vectors; `ends` is their length q.
+    /// The excesses at all points, as new vectors, which a plan can reduce: those of the first state, which is given, are
+    /// minus infinity. `ends` is their length q.
     pub fn excesses_at(&self, at: Points, phi: &[f64], ends: usize, scratch: &mut Scratch) -> Matrices {
         let mut excesses = Matrices::vectors(at.count(), ends);
         self.excesses(at, phi, &mut excesses, scratch);
+        for i in (0..at.count()).filter(|&i| at.times.of(i) == 0) {
+            let given =
+                excesses.vector_mut(i).iter_mut().zip(self.of_control()).filter(|(_, of_control)| !**of_control);
+            given.for_each(|(excess, _)| *excess = f64::NEG_INFINITY);
+        }
         excesses
+    }
+
+    /// The excesses of the first of the points that do not depend on the control, with minus infinity for the others.
+    pub fn excesses_of_first(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+        let mut excesses = Matrices::vectors(at.count(), self.of_control().len());
+        self.excesses(at, phi, &mut excesses, scratch);
+        let all = excesses.vector(0).iter().zip(self.of_control());
+        all.map(|(&excess, &of_control)| if of_control { f64::NEG_INFINITY } else { excess }).collect()
     }
 }
 

@@ -103,6 +103,17 @@ impl Value {
         }
     }
 
+    /// The sum with another value.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Number(a), Self::Number(b)) => Self::Number(a + b),
+            (Self::Number(0.0), other) => other,
+            (_, Self::Number(0.0)) => self,
+            _ => self.with(Operator::Add, other),
+        }
+    }
+
     /// This divided by another value.
     #[must_use]
     pub fn over(self, other: Self) -> Self {

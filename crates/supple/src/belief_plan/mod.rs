@@ -17,7 +17,6 @@ use supple_kernels::{Matrices, Scratch};
 pub(crate) use gradient::belief_plan_gradient;
 pub(crate) use search::Memory;
 
-use crate::Error;
 use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, is_over};
 use crate::problem::Task;
 use search::Search;
@@ -28,9 +27,6 @@ const WAVES: usize = 4;
 /// Finds the plan of least expected cost (theory, equation P.10), starting from the nominal plan already found in `plan`,
 /// or from `controls`, the first guess of that search, if they cost less (as the controls of a belief-space plan
 /// of a nearby design may); and from random perturbations of the nominal plan, whose number is in the settings.
-///
-/// # Errors
-/// If the controls have bounds.
 pub(crate) fn plan_belief(
     (task, phi): (&Task, &[f64]),
     controls: &Matrices,
@@ -38,8 +34,7 @@ pub(crate) fn plan_belief(
     plan: &mut Plan,
     memory: &mut Memory,
     scratch: &mut Scratch,
-) -> Result<(), Error> {
-    check_controls(task)?;
+) {
     let mut iterations = plan.iterations;
     let mut best: Option<Plan> = None;
     let mut consider = |memory: &mut Memory, scratch: &mut Scratch| {
@@ -83,20 +78,6 @@ pub(crate) fn plan_belief(
             plan.mode = PlanMode::Belief;
             plan.status = PlanStatus::Indefinite;
         }
-    }
-    Ok(())
-}
-
-/// # Errors
-/// If the controls have bounds.
-fn check_controls(task: &Task) -> Result<(), Error> {
-    match task.control_bounds {
-        None => Ok(()),
-        Some(_) => Err(Error::Planning {
-            plan: "belief",
-            problem: "does not support control limits".to_owned(),
-            advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
-        }),
     }
 }
 

@@ -1,5 +1,9 @@
+use supple_kernels::{Matrices, Scratch};
+use supple_model::system::KeptEnd;
+use supple_text::digits;
+
 use crate::pipeline::TaskState;
-use crate::plan::Plan;
+use crate::plan::{Plan, PlanStatus};
 use crate::problem::Task;
 use crate::simulate::MonteCarlo;
 
@@ -9,7 +13,8 @@ use crate::simulate::MonteCarlo;
 pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     let mut warnings = Vec::new();
     if !plan.status.is_converged() {
-        warnings.push(unconverged(task, phi, plan));
+        let exceeded = (plan.status == PlanStatus::LimitsExceeded).then(|| exceeded(task, phi, plan)).flatten();
+        warnings.push(exceeded.unwrap_or_else(|| unconverged(task, phi, plan)));
     }
     if let Some(cost) = plan.passed_over {
         warnings.push(format!(
@@ -60,6 +65,33 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
         ));
     }
     warnings
+}
+
+/// Which enforced limit a plan exceeds the most, relative to the limit; `None` if it exceeds none.
+fn exceeded(task: &Task, phi: &[f64], plan: &Plan) -> Option<String> {
+    let limits = task.system.constraints()?;
+    let (at, bounds) = (plan.trajectory.points(), limits.bounds(phi));
+    let mut excesses = Matrices::vectors(at.count(), bounds.len());
+    limits.excesses(at, phi, &mut excesses, &mut Scratch::default());
+    let size = |end: usize| 1.0 + bounds[end].abs();
+    let all =
+        (0..at.count()).flat_map(|step| excesses.vector(step).iter().copied().enumerate().map(move |it| (step, it)));
+    let (step, (end, excess)) = all
+        .filter(|(_, (_, excess))| *excess > 0.0)
+        .max_by(|(_, (a, first)), (_, (b, second))| (first / size(*a)).total_cmp(&(second / size(*b))))?;
+    let KeptEnd { channel, upper } = limits.ends().swap_remove(end);
+    let (side, which) = if upper { ("above", "upper") } else { ("below", "lower") };
+    let given = if step == 0 && !limits.of_control()[end] { ": the initial state exceeds it" } else { "" };
+    Some(format!(
+        "task `{}`: the plan exceeds an enforced limit ({} iterations): at step {step} ({:.4} s) `{}` is {excess:.3e} {} {side} its {which} \
+         limit, {}{given}",
+        task.name,
+        plan.iterations,
+        step as f64 * task.time_step.resolve::<f64>(phi),
+        channel.name,
+        channel.unit,
+        digits(bounds[end]),
+    ))
 }
 
 fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {

@@ -23,6 +23,7 @@ pub use crate::settings::{
 pub(crate) use approach::{approach, has_to_approach};
 pub use bounds::bounds_of;
 pub(crate) use conjugate_gradients::{Found, Goal, Operator, Solved, conjugate_gradients};
+pub(crate) use costates::{Stationarity, sweep_costates};
 pub(crate) use descent::{Descent, Model, Step, descend, is_over};
 pub use result::{Plan, VALID_STATIONARITY};
 pub(crate) use risk::plan_risk;

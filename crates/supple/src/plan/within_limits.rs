@@ -66,7 +66,23 @@ pub(crate) fn search(
     plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, bounds.len());
     let guess = plan.trajectory.controls.clone();
     search_free(problem, (settings, patience), plan, work, scratch)?;
-    Rounds::new(problem, (limits, bounds), plan, scratch).run((settings, &guess), plan, work, scratch)
+    let begins_outside = begins_outside(problem, (limits, &bounds), plan, scratch);
+    Rounds::new(problem, (limits, bounds), plan, scratch).run((settings, &guess), plan, work, scratch)?;
+    if begins_outside && plan.status.is_converged() {
+        plan.status = PlanStatus::LimitsExceeded;
+    }
+    Ok(())
+}
+
+/// Whether the first state, which no plan can change, exceeds a limit.
+fn begins_outside(
+    problem: NominalProblem,
+    (limits, bounds): (&dyn Constraints, &[f64]),
+    plan: &Plan,
+    scratch: &mut Scratch,
+) -> bool {
+    let excesses = limits.excesses_of_first(plan.trajectory.points(), problem.phi, scratch);
+    excesses.iter().zip(bounds).any(|(excess, bound)| *excess > LIMIT_TOLERANCE * (1.0 + bound.abs()))
 }
 
 /// The search's state between rounds.

@@ -86,6 +86,16 @@ impl PlanMode {
         }
     }
 
+    /// Whether such plans keep enforced limits of quantities.
+    pub fn keeps_limits(self) -> bool {
+        self == Self::Nominal
+    }
+
+    /// Whether such plans keep limits of the controls.
+    pub fn keeps_control_limits(self) -> bool {
+        matches!(self, Self::Nominal | Self::Sampled)
+    }
+
     /// Whether total gradients exist: where plans minimise a cost by their trajectory.
     pub fn has_total_gradient(self) -> bool {
         matches!(self, Self::Nominal | Self::Belief)

@@ -65,6 +65,8 @@ pub struct Robot {
     drives: Vec<Drive>,
     compliance: Vec<Element>,
     sensors: Vec<Sensor>,
+    /// Sensors of what depends on the control.
+    recalling: Vec<Sensor>,
     friction_smoothing: Value,
     /// Used in planning: a speed that widens the smoothing of joint friction.
     friction_widening: Option<Value>,
@@ -285,6 +287,10 @@ impl ModelFile for Robot {
 
     fn variances(&self) -> Option<Vec<Value>> {
         Some(self.sensors.iter().flat_map(|sensor| sensor.variances.clone()).collect())
+    }
+
+    fn recalling(&self) -> &[Sensor] {
+        &self.recalling
     }
 
     fn files(&self) -> Vec<PathBuf> {

@@ -8,11 +8,9 @@ use std::time::Instant;
 use supple_kernels::{Matrices, Scratch, rows};
 use supple_lqg::Noise;
 use supple_lqg::{Belief, kalman};
-use supple_model::Trajectory;
 use supple_model::system::Curvature;
 
-use super::descent::is_over;
-use super::{Plan, PlanMode, PlanSettings, PlanStatus, rollout};
+use super::{Descent, Model, Plan, PlanMode, PlanSettings, PlanStatus, Step, descend, rollout};
 use crate::Error;
 use crate::knots::Linearise;
 use crate::problem::Task;
@@ -21,39 +19,33 @@ use sweep::{Failure, Found, Given, price, risk_sweep};
 /// Halvings of an interval to find the largest sensitivity that works.
 const BISECTIONS: usize = 20;
 
-const LEAST_SHIFT: f64 = 1e-9;
-const MOST_SHIFT: f64 = 1e9;
+/// Maximum number of consecutive steps near the end that do not halve the residual.
+const MOST_STALLED: usize = 3;
 
 /// Finds the risk-sensitive plan (theory, equation P.17) from the nominal one in `plan`. The cost-to-go and value of
 /// information that it stores there are those of its gains for the expected cost, so that the parts of the expected cost
 /// are correct for it.
 ///
 /// # Errors
-/// Where the sensitivity is so large that the exponential of the cost has no finite mean, with the largest that works;
-/// or where controls have bounds that must be kept.
+/// Where the sensitivity is so large that the exponential of the cost has no finite mean, with the largest that works.
 pub(crate) fn plan_risk(
     (task, phi): (&Task, &[f64]),
     (settings, deadline): (&PlanSettings, Option<Instant>),
     plan: &mut Plan,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    if task.control_bounds.is_some() {
-        return Err(Error::Planning {
-            plan: "risk",
-            problem: "does not support control limits".to_owned(),
-            advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
-        });
-    }
-    let mut search = Search::new(task, phi, (settings, deadline));
     let nominal = plan.clone();
-    match search.run(settings.risk_sensitivity, plan, scratch)? {
+    let mut search = |sensitivity: f64, plan: &mut Plan| {
+        Search::new((task, phi), (settings, sensitivity), plan, scratch).run(deadline)
+    };
+    match search(settings.risk_sensitivity, plan)? {
         Ok(()) => Ok(()),
         Err(step) => {
             let (mut works, mut fails) = (0.0, settings.risk_sensitivity);
             for _ in 0..BISECTIONS {
                 let between = 0.5 * (works + fails);
                 *plan = nominal.clone();
-                let worked = search.run(between, plan, scratch)?.is_ok();
+                let worked = search(between, plan)?.is_ok();
                 *(if worked { &mut works } else { &mut fails }) = between;
             }
             let largest = if works > 0.0 { format!("; the largest valid value is {works:.4e}") } else { String::new() };
@@ -69,157 +61,125 @@ pub(crate) fn plan_risk(
     }
 }
 
+/// The search for one sensitivity. Its merit is the residual of the law's equations: the risk-sensitive cost itself is not
+/// what Newton's steps on them decrease.
 struct Search<'a> {
     task: &'a Task,
     phi: &'a [f64],
     settings: &'a PlanSettings,
-    deadline: Option<Instant>,
+    sensitivity: f64,
     noise: Noise,
     belief: Belief,
     /// `[l_zz | l_z]` of Gauss-Newton curvature.
     convex: Matrices,
-    candidate: Trajectory,
+    plan: &'a mut Plan,
+    /// What the sweep along the current plan found, and along the trial.
+    found: Found,
+    trial: Plan,
+    found_there: Found,
+    /// The shift of the current law.
+    shift: f64,
+    /// Consecutive steps near the end that did not halve the residual, and whether the last search along a step failed.
+    stalled: usize,
+    failed: bool,
+    scratch: &'a mut Scratch,
+    /// An error on the way.
+    error: Option<Error>,
 }
 
 impl<'a> Search<'a> {
-    fn new(task: &'a Task, phi: &'a [f64], (settings, deadline): (&'a PlanSettings, Option<Instant>)) -> Self {
+    fn new(
+        (task, phi): (&'a Task, &'a [f64]),
+        (settings, sensitivity): (&'a PlanSettings, f64),
+        plan: &'a mut Plan,
+        scratch: &'a mut Scratch,
+    ) -> Self {
         let size = task.system.dimensions();
+        plan.mode = PlanMode::Risk;
         Self {
             task,
             phi,
             settings,
-            deadline,
+            sensitivity,
             noise: Noise::zeros(size.states, size.measurements),
             belief: Belief::zeros(size.states, size.measurements, task.steps),
             convex: Matrices::zeros(task.steps + 1, size.joint(), size.joint() + 1),
-            candidate: Trajectory::zeros(size, task.steps),
+            trial: plan.clone(),
+            plan,
+            found: Found::default(),
+            found_there: Found::default(),
+            shift: 0.0,
+            stalled: 0,
+            failed: false,
+            scratch,
+            error: None,
         }
     }
 
-    /// Searches from the plan; returns the step of a breakdown, if the search ends in one.
-    fn run(&mut self, sensitivity: f64, plan: &mut Plan, scratch: &mut Scratch) -> Result<Result<(), usize>, Error> {
-        let (mut shift, mut stalled) = (0.0, 0);
-        plan.mode = PlanMode::Risk;
-        let mut found = match self.law(sensitivity, shift, plan, scratch)? {
+    /// Searches from the plan; returns the step of a breakdown, if there is no law along it.
+    fn run(mut self, deadline: Option<Instant>) -> Result<Result<(), usize>, Error> {
+        self.found = match self.law(false)? {
             Ok(found) => found,
             Err(Failure::Breakdown(step)) => return Ok(Err(step)),
             Err(Failure::Indefinite(_)) => {
-                plan.status = PlanStatus::Indefinite;
+                self.plan.status = PlanStatus::Indefinite;
                 return Ok(Ok(()));
             }
         };
-        let status = loop {
-            let stationarity = found.residual / (1.0 + found.scale);
-            if stationarity <= self.settings.tolerance {
-                break PlanStatus::Converged;
-            }
-            let loose = stationarity <= 1e3 * self.settings.tolerance;
-            if plan.iterations >= self.settings.max_iterations {
-                break if loose { PlanStatus::Converged } else { PlanStatus::MaxIterations };
-            }
-            if is_over(self.deadline) {
-                break PlanStatus::TimeLimit;
-            }
-            plan.iterations += 1;
-            match self.step(sensitivity, shift, (plan, found.residual), scratch)? {
-                Some(better) => {
-                    stalled = if better.residual > 0.5 * found.residual && loose { stalled + 1 } else { 0 };
-                    found = better;
-                    shift = if shift <= LEAST_SHIFT { 0.0 } else { 0.1 * shift };
-                    if stalled > 3 {
-                        break PlanStatus::Converged;
-                    }
-                }
-                None if loose => break PlanStatus::Converged,
-                None => {
-                    plan.regularised += 1;
-                    shift = (10.0 * shift).max(LEAST_SHIFT);
-                    if shift > MOST_SHIFT {
-                        break PlanStatus::LineSearchStalled;
-                    }
-                    // The law of the trajectory with shorter steps.
-                    if let Ok(again) = self.law(sensitivity, shift, plan, scratch)? {
-                        found = again;
-                    }
-                }
-            }
-        };
-        self.finish(sensitivity, status, plan, scratch)
+        let settings = self.settings;
+        let status = descend(&mut self, settings, deadline);
+        match self.error.take() {
+            Some(error) => Err(error),
+            None => self.finish(status),
+        }
     }
 
-    /// Knots, belief and law of the plan's trajectory; with exact curvature of the cost where that has a law.
-    fn law(
-        &mut self,
-        sensitivity: f64,
-        shift: f64,
-        plan: &mut Plan,
-        scratch: &mut Scratch,
-    ) -> Result<Result<Found, Failure>, Error> {
+    /// Knots, belief and law along the plan, or along the trial; with exact curvature of the cost where that has a law.
+    fn law(&mut self, of_trial: bool) -> Result<Result<Found, Failure>, Error> {
+        let plan = if of_trial { &mut self.trial } else { &mut *self.plan };
         let (system, at) = (&*self.task.system, plan.trajectory.points());
-        plan.knots.linearise_plan(system, at, self.phi, Curvature::Exact, scratch);
-        plan.knots.linearise_measurement(system, at, self.phi, scratch);
+        plan.knots.linearise_plan(system, at, self.phi, Curvature::Exact, self.scratch);
+        plan.knots.linearise_measurement(system, at, self.phi, self.scratch);
         plan.knots.check_finite()?;
         self.task.noise.resolve_along(self.phi, &plan.trajectory.states, &mut self.noise)?;
         kalman(&plan.knots, &self.noise, &mut self.belief)?;
-        let (knots, belief) = (&plan.knots, &self.belief);
-        let exact = Given { knots, cost: &knots.cost, belief, sensitivity, shift };
-        let found = risk_sweep(exact, &mut plan.policy, &mut plan.costates);
-        if !matches!(found, Err(Failure::Indefinite(_))) {
-            return Ok(found);
-        }
-        system.cost_quadratics(at, self.phi, Curvature::GaussNewton, &mut self.convex, scratch);
-        let convex = Given { cost: &self.convex, ..exact };
-        Ok(risk_sweep(convex, &mut plan.policy, &mut plan.costates))
+        Ok(self.sweep(of_trial))
     }
 
-    /// The longest step of those halved that brings the plan closer to stationary, and its law.
-    fn step(
-        &mut self,
-        sensitivity: f64,
-        shift: f64,
-        (plan, residual): (&mut Plan, f64),
-        scratch: &mut Scratch,
-    ) -> Result<Option<Found>, Error> {
-        let before = plan.clone();
-        let mut share = 1.0;
-        for _ in 0..=self.settings.max_halvings {
-            let law = (&before.policy, share);
-            let cost = rollout(&*self.task.system, self.phi, &before.trajectory, law, &mut self.candidate, scratch);
-            if cost.is_finite() {
-                plan.trajectory.clone_from(&self.candidate);
-                plan.nominal_cost = cost;
-                if let Ok(Ok(found)) = self.law(sensitivity, shift, plan, scratch)
-                    && found.residual <= (1.0 - self.settings.sufficient_decrease * share) * residual
-                {
-                    return Ok(Some(found));
-                }
-            }
-            share *= 0.5;
+    /// The law of the current shift along the plan or the trial, whose knots and belief are there.
+    fn sweep(&mut self, of_trial: bool) -> Result<Found, Failure> {
+        let plan = if of_trial { &mut self.trial } else { &mut *self.plan };
+        let (knots, belief) = (&plan.knots, &self.belief);
+        let exact = Given { knots, cost: &knots.cost, belief, sensitivity: self.sensitivity, shift: self.shift };
+        let found = risk_sweep(exact, &mut plan.policy, &mut plan.costates);
+        if !matches!(found, Err(Failure::Indefinite(_))) {
+            return found;
         }
-        let (iterations, regularised) = (plan.iterations, plan.regularised);
-        *plan = before;
-        (plan.iterations, plan.regularised) = (iterations, regularised);
-        Ok(None)
+        let (system, at) = (&*self.task.system, plan.trajectory.points());
+        system.cost_quadratics(at, self.phi, Curvature::GaussNewton, &mut self.convex, self.scratch);
+        let convex = Given { cost: &self.convex, ..exact };
+        risk_sweep(convex, &mut plan.policy, &mut plan.costates)
+    }
+
+    /// Whether the plan is almost as stationary as it should be.
+    fn is_close(&self) -> bool {
+        self.plan.relative_stationarity <= 1e3 * self.settings.tolerance
     }
 
     /// The law without a shift and with exact curvature, and what it costs.
-    fn finish(
-        &mut self,
-        sensitivity: f64,
-        status: PlanStatus,
-        plan: &mut Plan,
-        scratch: &mut Scratch,
-    ) -> Result<Result<(), usize>, Error> {
-        let found = self.law(sensitivity, 0.0, plan, scratch)?;
-        let given = Given { knots: &plan.knots, cost: &plan.knots.cost, belief: &self.belief, sensitivity, shift: 0.0 };
+    fn finish(mut self, status: PlanStatus) -> Result<Result<(), usize>, Error> {
+        self.shift = 0.0;
+        let found = self.law(false)?;
+        let Self { belief, sensitivity, plan, .. } = self;
+        let given = Given { knots: &plan.knots, cost: &plan.knots.cost, belief: &belief, sensitivity, shift: 0.0 };
         let exact = risk_sweep(given, &mut plan.policy, &mut plan.costates);
         plan.status = status;
         match (found, exact) {
             (Err(Failure::Breakdown(step)), _) | (_, Err(Failure::Breakdown(step))) => return Ok(Err(step)),
             (Ok(found), exact) => {
                 plan.stationarity = found.residual;
-                plan.relative_stationarity = found.residual / (1.0 + found.scale);
-                plan.objective = plan.nominal_cost + found.value + self.belief_alone(plan);
+                plan.relative_stationarity = found.relative();
+                plan.objective = plan.nominal_cost + found.value + belief_alone(plan, &belief);
                 if exact.is_err() {
                     plan.status = PlanStatus::Indefinite;
                 }
@@ -229,15 +189,80 @@ impl<'a> Search<'a> {
         price(&plan.knots, &mut plan.policy);
         Ok(Ok(()))
     }
+}
 
-    /// `1/2 sum Tr(l_xx Sigma)`: what the covariance of the belief costs at any controls.
-    fn belief_alone(&self, plan: &Plan) -> f64 {
-        let (cost, sigma) = (&plan.knots.cost, &self.belief.corrected);
-        let n = sigma.rows();
-        let at = |t: usize| {
-            let row = |i: usize| &cost.at(t)[i * cost.stride()..][..n];
-            (0..n).map(|i| rows::dot(row(i), &sigma.at(t)[i * sigma.stride()..][..n])).sum::<f64>()
-        };
-        0.5 * (0..sigma.count()).map(at).sum::<f64>()
+impl Descent for Search<'_> {
+    const MU: (f64, f64) = (1e-9, 1e9);
+    const ATTEMPTS: usize = 1;
+    const MOST_HIDDEN_AT_END: usize = 0;
+
+    fn plan(&mut self) -> &mut Plan {
+        self.plan
     }
+
+    fn merit(&self) -> f64 {
+        self.found.residual
+    }
+
+    fn measure(&mut self) {
+        (self.plan.stationarity, self.plan.relative_stationarity) = (self.found.residual, self.found.relative());
+    }
+
+    fn solve(&mut self, mu: f64) -> Result<Model, PlanStatus> {
+        self.failed = true;
+        if mu != self.shift {
+            self.shift = mu;
+            // The belief may be that of a trial.
+            match self.law(false) {
+                Ok(Ok(found)) => self.found = found,
+                Ok(Err(_)) => return Err(PlanStatus::Indefinite),
+                Err(error) => {
+                    self.error = Some(error);
+                    return Err(PlanStatus::Indefinite);
+                }
+            }
+        }
+        Ok(Model::Slope(-self.found.residual))
+    }
+
+    fn try_share(&mut self, share: f64) -> f64 {
+        let (system, law) = (&*self.task.system, (&self.plan.policy, share));
+        let cost = rollout(system, self.phi, &self.plan.trajectory, law, &mut self.trial.trajectory, self.scratch);
+        self.trial.nominal_cost = cost;
+        match cost.is_finite().then(|| self.law(true)) {
+            Some(Ok(Ok(found))) => {
+                self.found_there = found;
+                found.residual
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    fn accept(&mut self, _: Step) {
+        let close = self.is_close() && self.found_there.residual > 0.5 * self.found.residual;
+        self.stalled = if close { self.stalled + 1 } else { 0 };
+        let counts = (self.plan.iterations, self.plan.regularised);
+        std::mem::swap(self.plan, &mut self.trial);
+        (self.plan.iterations, self.plan.regularised) = counts;
+        (self.found, self.failed) = (self.found_there, false);
+    }
+
+    fn ease(&self, mu: f64, _: Step) -> f64 {
+        if mu <= Self::MU.0 { 0.0 } else { 0.1 * mu }
+    }
+
+    fn gives_up(&self) -> bool {
+        self.is_close() && (self.failed || self.stalled > MOST_STALLED)
+    }
+}
+
+/// `1/2 sum Tr(l_xx Sigma)`: what the covariance of the belief costs at any controls.
+fn belief_alone(plan: &Plan, belief: &Belief) -> f64 {
+    let (cost, sigma) = (&plan.knots.cost, &belief.corrected);
+    let n = sigma.rows();
+    let at = |t: usize| {
+        let row = |i: usize| &cost.at(t)[i * cost.stride()..][..n];
+        (0..n).map(|i| rows::dot(row(i), &sigma.at(t)[i * sigma.stride()..][..n])).sum::<f64>()
+    };
+    0.5 * (0..sigma.count()).map(at).sum::<f64>()
 }

@@ -40,6 +40,13 @@ pub(super) struct Found {
     pub scale: f64,
 }
 
+impl Found {
+    /// The residual relative to 1 plus its scale.
+    pub fn relative(self) -> f64 {
+        self.residual / (1.0 + self.scale)
+    }
+}
+
 /// The risk-sensitive Riccati sweep (theory, equation P.17), with the covariance of the change of the estimate
 /// `G_{t+1} = P_{t+1} - Sigma_{t+1} = Gamma Gamma'` as its noise:
 ///

@@ -74,8 +74,8 @@ fn sensors() {
             "task.toml:14:13: model.sensors[0].smoothing: must be above 0 N, or left out for the force as it is; found -0.5",
         ),
         (
-            arm().sensing(&sensor("power", "variance = 1.0")),
-            "task.toml:5:8: model.sensors[0].kind: `power` cannot be measured: it depends on the control, which is computed after the measurement",
+            arm().sensing(&sensor("power", "variance = 0.0")),
+            "task.toml:6:12: model.sensors[0].variance: must be above 0: sensor noise is required; found 0",
         ),
         (
             arm().sensing(&sensor("frame_velocity", "frame = \"tool\"\nselect = [\"v\"]\nvariance = 1.0")),

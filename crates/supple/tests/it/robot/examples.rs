@@ -94,7 +94,15 @@ pub fn of_sensors() -> Vec<Description> {
     let deflections = sensor("coupling_deflection", "coupling = \"gripper\"\nvariance = \"v\"")
         + &sensor("coupling_deflection", "coupling = \"return\"\nvariance = \"w\"")
         + &sensor("coupling_deflection", "coupling = \"flexible\"\nselect = [\"deflection\"]\nvariance = 1e-3");
+    let last_step = sensor("joint_acceleration", "select = [\"slide\", \"shoulder\"]\nvariance = [\"v\", 2.0]")
+        + &sensor("joint_acceleration", "select = [\"slide\"]\nvariance = 0.5")
+        + &sensor("joint_position", "select = [\"elbow\"]\nvariance = \"w\"")
+        + &sensor("drive_effort", "variance = \"w\"")
+        + &sensor("power", "variance = \"v\"")
+        + &sensor("control", "variance = \"w\"")
+        + &sensor("state_and_control", "variance = \"v\"");
     vec![
+        equipped().sensing(&last_step).where_(&[("v", 1e-2), ("w", 4e-3)]),
         equipped().sensing(&touch).where_(&[("v", 1e-3), ("w", 4e-3), ("g", 0.5), ("l", 0.4)]),
         equipped().sensing(&whole).where_(&[("v", 1e-3), ("w", 4e-3)]),
         equipped().sensing(&deflections).where_(&[("v", 1e-3), ("w", 4e-3)]),

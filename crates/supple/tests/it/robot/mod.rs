@@ -12,6 +12,7 @@ mod fields;
 mod golden;
 mod inserted;
 mod integrator;
+mod last_step;
 mod limits;
 mod locked;
 mod mimic;

@@ -146,6 +146,7 @@ impl Build<'_> {
             drives,
             compliance,
             sensors: Vec::new(),
+            recalling: Vec::new(),
             friction_smoothing: file.friction_smoothing,
             friction_widening: None,
             integrator: file.integrator,
@@ -153,7 +154,7 @@ impl Build<'_> {
             locked: self.locked_names.clone(),
             inserted: self.passive_joints().map(str::to_owned).collect(),
         };
-        robot.sensors = self.sensors(&robot)?;
+        (robot.recalling, robot.sensors) = self.sensors(&robot)?.into_iter().partition(Sensor::recalls);
         self.check_inertia(&robot)?;
         for (index, element) in robot.compliance.iter().enumerate() {
             if let Some((key, message, help)) = robot.rigid(element) {
