@@ -48,6 +48,12 @@ pub fn congruence(a: &Dense, p: &Dense) -> Dense {
     symmetric(a * p * a.transpose())
 }
 
+/// The covariance after measurements `c x` with noise `v` and any gain, in Joseph's form `(I - K C) P (I - K C)' + K V K'`.
+pub fn joseph(predicted: &Dense, (c, v): (&Dense, &Dense), gain: &Dense) -> Dense {
+    let kept = Dense::identity(predicted.nrows(), predicted.nrows()) - gain * c;
+    symmetric(&kept * predicted * kept.transpose() + gain * v * gain.transpose())
+}
+
 /// The lower Cholesky factor; `None` where `a` is not positive definite.
 pub fn cholesky(a: &Dense) -> Option<Dense> {
     let n = a.nrows();

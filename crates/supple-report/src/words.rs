@@ -30,16 +30,7 @@ pub fn planned(status: PlanStatus) -> &'static str {
 
 /// An optimiser and its gradient.
 pub fn method(method: Method, gradient: GradientKind) -> String {
-    let method = match method {
-        Method::Sqp => "sequential quadratic programming",
-        Method::Cobyla => "linear approximations without gradients",
-        Method::Barrier => "barrier descent",
-    };
-    let gradient = match gradient {
-        GradientKind::Total => "total gradient",
-        GradientKind::Frozen => "frozen gradient",
-    };
-    format!("{method}, {gradient}")
+    format!("{}, {gradient} gradient", method.description())
 }
 
 /// Which noise controllers are planned for.

@@ -215,6 +215,13 @@ pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
     if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", quoted(names)) }
 }
 
+/// A text with its first letter in upper case.
+#[must_use]
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// Names in backquotes, separated by commas: the first forty, or all if that would leave out only one.
 ///
 /// Lists are long enough for all kinds of sensors, costs and compliance: a user who mistypes a kind should not have to

@@ -1,7 +1,10 @@
 //! Arguments of searches for designs and of evaluations.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use supple::design::{GradientKind, InformationWeights, Method};
+
+use supple_text::capitalised;
 
 use super::{Output, TaskArguments, count, seed};
 
@@ -10,11 +13,11 @@ pub struct DesignOptions {
     #[command(flatten)]
     pub task: TaskArguments,
     /// Optimiser
-    #[arg(long, value_enum)]
-    pub method: Option<MethodArgument>,
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
     /// Gradient to use
-    #[arg(long, value_enum)]
-    pub gradient: Option<GradientArgument>,
+    #[arg(long, value_parser = gradient_kind())]
+    pub gradient: Option<GradientKind>,
     /// Information to minimise: `needed`, the minimum that any sensors and any controller need to stay within the cost
     /// limit; `used`, by the controller; `measured`, by the sensors; or weights of these, such as
     /// `needed=1,measured=0.01`
@@ -34,41 +37,24 @@ pub struct DesignOptions {
     pub output: Output,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum MethodArgument {
-    /// Sequential quadratic programming
-    Sqp,
-    /// Linear approximations without gradients
-    Cobyla,
-    /// The paper's barrier descent, with signs corrected
-    Barrier,
+/// Reads an optimiser.
+pub fn method() -> impl TypedValueParser<Value = Method> {
+    named(&Method::ALL, (Method::name, Method::description))
 }
 
-impl From<MethodArgument> for Method {
-    fn from(method: MethodArgument) -> Self {
-        match method {
-            MethodArgument::Sqp => Self::Sqp,
-            MethodArgument::Cobyla => Self::Cobyla,
-            MethodArgument::Barrier => Self::Barrier,
-        }
-    }
+/// Reads a gradient to optimise with.
+pub fn gradient_kind() -> impl TypedValueParser<Value = GradientKind> {
+    named(&GradientKind::ALL, (GradientKind::name, GradientKind::description))
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum GradientArgument {
-    /// Plan, feedback and filter all vary with the parameters
-    Total,
-    /// Trajectory and gains are held fixed, as in the paper
-    Frozen,
-}
-
-impl From<GradientArgument> for GradientKind {
-    fn from(gradient: GradientArgument) -> Self {
-        match gradient {
-            GradientArgument::Total => Self::Total,
-            GradientArgument::Frozen => Self::Frozen,
-        }
-    }
+/// Reads one of the library's kinds by its name; help shows what each is.
+fn named<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    (name, about): (fn(T) -> &'static str, fn(T) -> &'static str),
+) -> impl TypedValueParser<Value = T> {
+    let values = all.iter().map(move |&kind| PossibleValue::new(name(kind)).help(capitalised(about(kind))));
+    let find = move |text: String| all.iter().copied().find(|&kind| name(kind) == text).ok_or("is unknown");
+    PossibleValuesParser::new(values).try_map(find)
 }
 
 #[derive(Args, Debug)]

@@ -14,7 +14,7 @@ mod robots;
 mod studies;
 
 pub use asks::Asks;
-pub use designs::{DesignOptions, EvaluateOptions, GradientArgument, GradientChoice, MethodArgument};
+pub use designs::{DesignOptions, EvaluateOptions, GradientChoice, gradient_kind, method};
 pub use robots::{ModelKind, NewOptions, RobotFormat, RobotOptions};
 pub use studies::{
     AtArgument, BoundOptions, ControllerFormatArgument, ExploreOptions, ExportOptions, ParetoOptions, PlotOptions,

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use supple::design::ROLLOUTS;
+use supple::design::{GradientKind, Method, ROLLOUTS};
 
-use super::{GradientArgument, MethodArgument, Output, TaskArguments, count, seed};
+use super::{Output, TaskArguments, count, gradient_kind, method, seed};
 
 #[derive(Args, Debug)]
 pub struct SweepOptions {
@@ -150,11 +150,11 @@ pub struct TraceOptions {
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = count(1, 10_000))]
     pub starts: usize,
     /// Optimisers to compare
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "sqp,barrier")]
-    pub method: Vec<MethodArgument>,
+    #[arg(long, value_parser = method(), value_delimiter = ',', default_value = "sqp,barrier")]
+    pub method: Vec<Method>,
     /// Gradients to compare
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "total,frozen")]
-    pub gradient: Vec<GradientArgument>,
+    #[arg(long, value_parser = gradient_kind(), value_delimiter = ',', default_value = "total,frozen")]
+    pub gradient: Vec<GradientKind>,
     /// Seed of the starts
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,

@@ -17,10 +17,10 @@ impl Asks for DesignOptions {
     fn work(&self, task: &LoadedTask) -> Result<Work, Failure> {
         let mut settings = task.problem.design.clone();
         if let Some(method) = self.method {
-            settings.method = method.into();
+            settings.method = method;
         }
         if let Some(gradient) = self.gradient {
-            settings.gradient = gradient.into();
+            settings.gradient = gradient;
         }
         if let Some(starts) = self.starts {
             settings.starts = starts;

@@ -17,8 +17,8 @@ impl Asks for TraceOptions {
     fn work(&self, _: &LoadedTask) -> Result<Work, Failure> {
         Ok(Work::Trace(supple_study::trace::TraceOptions {
             starts: self.starts,
-            methods: self.method.iter().map(|&method| method.into()).collect(),
-            gradients: self.gradient.iter().map(|&gradient| gradient.into()).collect(),
+            methods: self.method.clone(),
+            gradients: self.gradient.clone(),
             seed: self.seed,
         }))
     }

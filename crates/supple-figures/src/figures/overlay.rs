@@ -1,6 +1,5 @@
 //! What other results add to a landscape: paths, starts and optima.
 
-use supple::design::{GradientKind, Method};
 use supple::{Evaluation, Named};
 use supple_study::pareto::Pareto;
 use supple_study::trace::{Trace, TracePoint};
@@ -111,34 +110,24 @@ fn of_trace(trace: &Trace, index: usize) -> Vec<Track> {
     };
     let mut tracks = Vec::new();
     for run in &trace.runs {
-        let kind = (run.method, run.gradient);
+        let (method, gradient) = (run.method, run.gradient);
+        let label = format!("{}, {gradient} gradient", method.label());
         let spots: Vec<Spot> = run.stepped().map(spot).collect();
-        tracks.push(Track { label: kind_name(kind), style: path_style(kind), spots, ended: true });
+        tracks.push(Track { label, style: path_style(method.number(gradient)), spots, ended: true });
     }
     tracks
 }
 
-fn kind_name((method, gradient): (Method, GradientKind)) -> String {
-    let method = match method {
-        Method::Sqp => "SQP",
-        Method::Cobyla => "COBYLA",
-        Method::Barrier => "barrier",
-    };
-    let gradient = match gradient {
-        GradientKind::Total => "total",
-        GradientKind::Frozen => "frozen",
-    };
-    format!("{method}, {gradient} gradient")
-}
+/// Colours that stand out from the maps below them, one for each optimiser with each of its gradients.
+const PATHS: [(Colour, Dash); 5] = [
+    (Colour::Black, Dash::Solid),
+    (Colour::Vermilion, Dash::Dashed),
+    (Colour::Green, Dash::Dotted),
+    (Colour::Purple, Dash::DashDotted),
+    (Colour::Sky, Dash::Dotted),
+];
 
-/// Colours that stand out from the maps below them.
-fn path_style(kind: (Method, GradientKind)) -> Style {
-    let (colour, dash) = match kind {
-        (Method::Sqp, GradientKind::Total) => (Colour::Black, Dash::Solid),
-        (Method::Sqp, GradientKind::Frozen) => (Colour::Vermilion, Dash::Dashed),
-        (Method::Cobyla, _) => (Colour::Green, Dash::Dotted),
-        (Method::Barrier, GradientKind::Total) => (Colour::Purple, Dash::DashDotted),
-        (Method::Barrier, GradientKind::Frozen) => (Colour::Sky, Dash::Dotted),
-    };
+fn path_style(kind: usize) -> Style {
+    let (colour, dash) = PATHS[kind % PATHS.len()];
     Style { dash, width: 0.8, rim: true, ..Style::line(colour) }
 }

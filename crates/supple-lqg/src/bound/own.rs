@@ -8,7 +8,7 @@ use super::regulator::regulator;
 use super::settle::settled;
 use crate::Error;
 use crate::belief::{Belief, kalman};
-use crate::dense::{Dense, dense, eigenvalues, first, store, symmetric};
+use crate::dense::{Dense, dense, eigenvalues, first, joseph, store, symmetric};
 use crate::information::control_information;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -119,8 +119,7 @@ impl Filter<'_> {
         let indefinite = || Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
         let innovation = symmetric(*c * predicted * c.transpose() + *v).cholesky().ok_or_else(indefinite)?;
         let gain = innovation.solve(&(*c * predicted)).transpose();
-        let kept = Dense::identity(a.nrows(), a.nrows()) - &gain * *c;
-        let corrected = symmetric(&kept * predicted * kept.transpose() + &gain * *v * gain.transpose());
+        let corrected = joseph(predicted, (*c, *v), &gain);
         Ok(Step { next: symmetric(*a * &corrected * a.transpose() + *w), corrected, gain, innovation })
     }
 }

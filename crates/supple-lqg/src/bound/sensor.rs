@@ -6,7 +6,7 @@ use super::interior::Found;
 use super::reduce::Chain;
 use super::settle::settled;
 use super::virtual_sensor::VirtualSensor;
-use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, solve_lower, store, symmetric};
+use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, joseph, solve_lower, store, symmetric};
 
 /// Signal-to-noise ratios below this, or below this share of the largest where all are below 1, are not measured: at
 /// most 7e-5 bits.
@@ -125,8 +125,7 @@ fn correct(predicted: &Dense, sensor: &Reduced, precision: f64) -> Option<Correc
     let half = solve_lower(&factor, c * predicted);
     let inverse = inverse_lower(&factor);
     let gain = half.transpose() * inverse;
-    let kept = Dense::identity(predicted.nrows(), predicted.nrows()) - &gain * c;
-    let posterior = congruence(&kept, predicted) + congruence(&gain, &noise);
+    let posterior = joseph(predicted, (c, &noise), &gain);
     Some(Corrected { posterior, gain })
 }
 

@@ -5,6 +5,7 @@ use supple::design::{DesignStatus, Split};
 use supple::{Evaluation, TaskEvaluation};
 use supple_study::AboutTask;
 use supple_study::design::DesignReport;
+use supple_text::capitalised;
 
 use super::Context;
 use super::warnings::{limits, warnings};
@@ -94,7 +95,7 @@ fn result(part: &Part, report: &DesignReport) -> String {
     let what = if part.about.tasks.iter().all(|task| task.information_weight == 1.0) { "" } else { ", weighted" };
     let mut text = format!(
         "{}: {values}. The information{what} {} from {} to {} bits ({})",
-        capital(end_name(report.status)),
+        capitalised(end_name(report.status)),
         went(from, to),
         number(from),
         number(to),
@@ -192,11 +193,6 @@ fn went(from: f64, to: f64) -> &'static str {
     } else {
         "goes"
     }
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// How the search ended.

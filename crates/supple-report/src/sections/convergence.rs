@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use serde_json::{Value, json};
-use supple::design::{DesignStatus, GradientKind, Method};
+use supple::design::DesignStatus;
 use supple_study::design::{DesignReport, StartReport};
 use supple_study::trace::{Trace, TraceRun};
 
@@ -35,13 +35,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
 
 /// Colour by optimiser and gradient.
 pub fn kind(run: &TraceRun) -> usize {
-    match (run.method, run.gradient) {
-        (Method::Sqp, GradientKind::Total) => 0,
-        (Method::Sqp, GradientKind::Frozen) => 1,
-        (Method::Barrier, GradientKind::Total) => 2,
-        (Method::Barrier, GradientKind::Frozen) => 3,
-        (Method::Cobyla, _) => 4,
-    }
+    run.method.number(run.gradient)
 }
 
 /// The name of the folder, where several ones could be meant.

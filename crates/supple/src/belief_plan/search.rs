@@ -4,8 +4,8 @@ use supple_lqg::{Regularisation, solve_riccati};
 
 use super::hessian::{Around, Hessian};
 use super::point::Point;
-use crate::gradient::{GradientWorkspace, Quantity, Steepness, slope_by_controls};
-use crate::plan::{Descent, Found, Goal, Model, Plan, PlanSettings, PlanStatus, Step, descend};
+use crate::gradient::{GradientWorkspace, Quantity, slope_by_controls};
+use crate::plan::{Descent, Found, Goal, Model, Plan, PlanSettings, PlanStatus, Stationarity, Step, descend};
 use crate::problem::Task;
 
 /// Maximum number of products with the Hessian in one iteration.
@@ -75,7 +75,7 @@ impl Descent for Search<'_> {
         let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
         let work = (&mut *gradient, &mut **scratch);
         let along = centre.gradient(task, phi);
-        let Steepness { residual, scale } =
+        let Stationarity { residual, scale, .. } =
             slope_by_controls(&along, Quantity::EXPECTED_COST, None, work, &mut slope, None);
         let plan = &mut centre.plan;
         plan.costates.copy_from(&gradient.costates);

@@ -1,6 +1,7 @@
 use supple_kernels::math;
 
-use super::outer::{Ending, Optimiser, OuterProblem, Units};
+use super::entries::Units;
+use super::outer::{Ending, Optimiser, OuterProblem};
 
 /// The paper's descent with signs corrected (theory, equation D.4), in the parameters themselves:
 ///

@@ -1,6 +1,6 @@
 //! Design: the least information at which every task meets its bound (theory, section D), or the least cost.
 //!
-//! A new optimiser takes one file with an [`Optimiser`], and one line each in [`Method`] and in `searcher.rs`; an optimiser
+//! A new optimiser takes one file with an [`Optimiser`], an entry of [`Method`] and a line in `searcher.rs`; an optimiser
 //! of another crate is passed to [`Searcher::with_optimiser`].
 
 mod aim;
@@ -8,6 +8,7 @@ mod barrier;
 mod catalogue;
 mod cobyla;
 mod control;
+mod entries;
 mod exchange;
 mod optimality;
 mod outer;
@@ -26,7 +27,8 @@ pub use crate::branches::{Attempts, best_plan, plan_at};
 pub use crate::settings::{DesignSettings, GradientKind, InformationWeights, Method, ROLLOUTS};
 pub use aim::Aim;
 pub use control::{Control, Event, NoObserver, Observer};
-pub use outer::{Ending, Optimiser, OuterPoint, OuterProblem, Units};
+pub use entries::Units;
+pub use outer::{Ending, Optimiser, OuterPoint, OuterProblem};
 pub use result::{CatalogueDesign, CatalogueMethod, Combination, Design};
 pub use searcher::Searcher;
 pub use split::Split;

@@ -1,6 +1,6 @@
 //! The problem of a design search as optimisers see it: numbers in a box, an objective, and constraints.
 
-use super::Aim;
+use super::entries::{Entry, Units, constraints, has_auxiliary, objective};
 use super::search::Search;
 use super::visited::Visit;
 use crate::Error;
@@ -45,16 +45,6 @@ pub enum Ending {
     Stopped,
 }
 
-/// Units of an [`OuterProblem`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Units {
-    /// Variables from 0 to 1, linearly or in the logarithm, as each parameter has it; objective and constraints
-    /// relative to their size at the first point.
-    Scaled,
-    /// Parameters in their units, the objective in nats, constraints in units of cost and price.
-    Natural,
-}
-
 /// What is known at a point.
 #[derive(Clone, Debug)]
 pub struct OuterPoint {
@@ -80,10 +70,10 @@ pub struct OuterProblem<'s, 'a, 'b> {
     search: &'s mut Search<'a, 'b>,
     units: Units,
     first: Visit,
-    /// Tasks with bounds, and the scales by which their constraints are divided.
-    bounded: Vec<(usize, f64)>,
-    /// The scale by which the objective is divided.
-    scale: f64,
+    objective: Entry,
+    constraints: Vec<Entry>,
+    /// Whether the last variable is the auxiliary one.
+    has_auxiliary: bool,
     /// Number of evaluations before the last point was requested.
     known: usize,
     failures: Failures,
@@ -105,28 +95,19 @@ const FAILURES: usize = 6;
 
 impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
     pub(super) fn new(search: &'s mut Search<'a, 'b>, optimiser: &dyn Optimiser, first: Visit) -> Self {
-        let (problem, units) = (search.problem(), optimiser.units());
-        let scale = match (units, search.aim()) {
-            (Units::Natural, _) => 1.0,
-            (_, Aim::Information { .. }) => first.objective(problem).abs().max(1e-12),
-            (_, Aim::Cost) => (1.0 + first.violation()).max(1e-12),
-        };
-        let size = |bound: f64| if units == Units::Natural { 1.0 } else { bound.abs().max(1e-12) };
-        let bounds = first.tasks.iter().enumerate();
-        let bounded = bounds.filter_map(|(task, at)| at.bound.map(|bound| (task, size(bound)))).collect();
+        let (problem, settings, aim, units) = (search.problem(), search.settings(), search.aim(), optimiser.units());
+        let objective = objective((problem, aim, units), &first);
+        let constraints = constraints((settings, aim, units), &first);
+        let has_auxiliary = has_auxiliary(aim);
         let known = search.evaluations;
         let failures = Failures { last: None, count: 0, most: if optimiser.steps_back() { FAILURES } else { 1 } };
-        Self { search, units, first, bounded, scale, known, failures, stopped: false }
+        Self { search, units, first, objective, constraints, has_auxiliary, known, failures, stopped: false }
     }
 
     /// Why points could not be evaluated, if that ended the search.
     pub(super) fn into_error(self) -> Option<Error> {
         let Failures { last, count, most } = self.failures;
         last.filter(|_| count >= most).map(|(_, error)| error)
-    }
-
-    fn has_auxiliary(&self) -> bool {
-        self.search.aim() == Aim::Cost
     }
 
     /// The point at which the search begins.
@@ -136,7 +117,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
             Units::Natural => self.search.visitor.scaling.indices.iter().map(|&index| self.first.phi[index]).collect(),
         };
         // The auxiliary variable: 1 where the search begins.
-        variables.extend(self.has_auxiliary().then_some(1.0));
+        variables.extend(self.has_auxiliary.then_some(1.0));
         variables
     }
 
@@ -147,13 +128,12 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
             Units::Scaled => [0.0, 1.0],
             Units::Natural => parameters.get(index).bounds,
         });
-        bounds.chain(self.has_auxiliary().then_some([0.0, 2.0])).collect()
+        bounds.chain(self.has_auxiliary.then_some([0.0, 2.0])).collect()
     }
 
     /// How many constraints there are.
     pub fn constraints(&self) -> usize {
-        let unmeasured = self.first.tasks.iter().filter(|task| task.unmeasured.is_some()).count();
-        self.bounded.len() + usize::from(self.search.settings().budget.is_some()) + unmeasured
+        self.constraints.len()
     }
 
     /// How many points may be evaluated.
@@ -212,14 +192,17 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         None
     }
 
-    /// A gradient with respect to the variables, divided by a scale, from one with respect to all parameters.
-    fn gradient(&self, visit: &Visit, by_parameter: &[f64], (scale, auxiliary): (f64, f64)) -> Vec<f64> {
+    /// An entry at a visit, and its gradient with respect to the variables.
+    fn value(&self, entry: &Entry, visit: &Visit, auxiliary: Option<f64>) -> (f64, Vec<f64>) {
+        let (value, by_parameter) = entry.at(self.search.problem(), visit);
         let scaling = &self.search.visitor.scaling;
         let own: Vec<f64> = match self.units {
-            Units::Scaled => scaling.gradient(&visit.phi, by_parameter),
+            Units::Scaled => scaling.gradient(&visit.phi, &by_parameter),
             Units::Natural => scaling.indices.iter().map(|&index| by_parameter[index]).collect(),
         };
-        own.into_iter().map(|slope| slope / scale).chain(self.has_auxiliary().then_some(auxiliary)).collect()
+        let gradient = own.into_iter().map(|slope| slope / entry.scale);
+        let gradient = gradient.chain(auxiliary.map(|_| entry.auxiliary)).collect();
+        (value / entry.scale + entry.auxiliary * auxiliary.unwrap_or(0.0), gradient)
     }
 
     /// The values at a point; `None` if nothing was ever evaluated. If the point cannot be evaluated, or once
@@ -236,52 +219,10 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
 
     /// The values at a visit, with the auxiliary variable of the requested point.
     fn known_of(&self, visit: &Visit, variables: &[f64]) -> OuterPoint {
-        let problem = self.search.problem();
-        let auxiliary = self.has_auxiliary().then(|| variables[variables.len() - 1]);
-        let (objective, gradient) = match auxiliary {
-            Some(auxiliary) => {
-                let mut gradient = vec![0.0; variables.len()];
-                gradient[variables.len() - 1] = 1.0;
-                (auxiliary, gradient)
-            }
-            None => {
-                let gradient = self.gradient(visit, &visit.objective_gradient(problem), (self.scale, 0.0));
-                (visit.objective(problem) / self.scale, gradient)
-            }
-        };
-        let (mut constraints, mut jacobian) = (Vec::new(), Vec::new());
-        for &(task, size) in &self.bounded {
-            let at = &visit.tasks[task];
-            let (value, by_parameter, by) = match auxiliary {
-                // `J / D` divided by its value at the start, minus the auxiliary variable.
-                Some(auxiliary) => {
-                    let by_parameter = at.violation_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
-                    let value = at.violation().map(|violation| (1.0 + violation) / self.scale - auxiliary);
-                    (value, by_parameter, (self.scale, -1.0))
-                }
-                // `J - D`
-                None => (at.bound.map(|bound| (at.cost - bound) / size), at.excess_gradient(1.0), (size, 0.0)),
-            };
-            constraints.push(value.unwrap_or(-1.0));
-            jacobian.push(self.gradient(visit, &by_parameter, by));
-        }
-        if self.search.settings().budget.is_some() {
-            let budget = visit.price.budget.unwrap_or(f64::INFINITY);
-            let (value, scale) = match self.units {
-                Units::Scaled => (visit.price.violation().unwrap_or(-1.0), budget),
-                Units::Natural => (visit.price.total - budget, 1.0),
-            };
-            constraints.push(value);
-            jacobian.push(self.gradient(visit, &visit.price.gradient, (scale, 0.0)));
-        }
-        for &(task, size) in &self.bounded {
-            let at = &visit.tasks[task];
-            if let (Some((cost, _)), Some(bound), Some(gradient)) = (&at.unmeasured, at.bound, at.unmeasured_gradient())
-            {
-                constraints.push((cost - bound) / size);
-                jacobian.push(self.gradient(visit, &gradient, (size, 0.0)));
-            }
-        }
+        let auxiliary = self.has_auxiliary.then(|| variables[variables.len() - 1]);
+        let (objective, gradient) = self.value(&self.objective, visit, auxiliary);
+        let all = self.constraints.iter().map(|entry| self.value(entry, visit, auxiliary));
+        let (constraints, jacobian) = all.unzip();
         let mut at = match self.units {
             Units::Scaled => visit.scaled.clone(),
             Units::Natural => self.search.visitor.scaling.indices.iter().map(|&index| visit.phi[index]).collect(),

@@ -3,6 +3,7 @@ use supple_kernels::{Matrices, Scratch};
 use super::Functional;
 use super::total::{TotalGradient, add_functional, add_initial_state};
 use super::workspace::GradientWorkspace;
+use crate::plan::{Stationarity, sweep_costates};
 
 /// A number that depends on a trajectory: a weight times its nominal cost, and a functional of its knots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,15 +26,6 @@ impl<'a> Quantity<'a> {
     }
 }
 
-/// How far a slope by the controls is from 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Steepness {
-    /// The largest entry of the slope.
-    pub residual: f64,
-    /// The largest direct slope by a control, `|l_u + h_u|`: the scale of the residual.
-    pub scale: f64,
-}
-
 /// The gradient of a quantity along a trajectory that obeys the dynamics (theory, equation P.13), by changes `v` of the
 /// controls under `u = ubar + v + K (x - xbar)`; without feedback by the controls themselves. `task.plan` need not be
 /// stationary, but its knots, policy and belief must be those of its trajectory.
@@ -53,7 +45,7 @@ pub(crate) fn slope_by_controls(
     (work, scratch): (&mut GradientWorkspace, &mut Scratch),
     slope: &mut [f64],
     parameters: Option<&mut Vec<f64>>,
-) -> Steepness {
+) -> Stationarity {
     let &TotalGradient { system, phi, initial_state, plan, .. } = task;
     let mut direct = vec![0.0; phi.len()];
     work.forget();
@@ -65,7 +57,12 @@ pub(crate) fn slope_by_controls(
     if quantity.functional != Functional::default() {
         add_functional(task, quantity.functional, work, scratch, &mut direct);
     }
-    let steepness = sweep(&plan.knots.dynamics, &work.hessian, feedback, &mut work.costates, slope);
+    let m = system.dimensions().controls;
+    let stationarity =
+        sweep_costates((&plan.knots.dynamics, &work.hessian), feedback, &mut work.costates, |t, a, g| {
+            slope[t * m + a] = g;
+            g
+        });
     if let Some(out) = parameters {
         let at = plan.trajectory.points();
         // The gradient of the Lagrangian contains that of the cost with weight 1.
@@ -79,42 +76,5 @@ pub(crate) fn slope_by_controls(
         add_initial_state((initial_state, phi), work.costates.vector(0), &mut direct);
         *out = direct;
     }
-    steepness
-}
-
-/// The sweep of [`slope_by_controls`] over `[l_zz | q]`.
-fn sweep(
-    dynamics: &Matrices,
-    cost: &Matrices,
-    feedback: Option<&Matrices>,
-    costates: &mut Matrices,
-    slope: &mut [f64],
-) -> Steepness {
-    let (steps, n, joint) = (dynamics.count(), dynamics.rows(), dynamics.cols());
-    let (m, stride, wide) = (joint - n, dynamics.stride(), cost.stride());
-    let own = |t: usize, i: usize| cost.at(t)[i * wide + joint];
-    let mut result = Steepness::default();
-    for (i, costate) in costates.vector_mut(steps).iter_mut().enumerate() {
-        *costate = own(steps, i);
-    }
-    for t in (0..steps).rev() {
-        let f = dynamics.at(t);
-        let (now, next) = costates.at_mut_and_next(t);
-        let through = |j: usize| (0..n).map(|k| f[k * stride + j] * next[k]).sum::<f64>();
-        for (i, now) in now[..n].iter_mut().enumerate() {
-            *now = own(t, i) + through(i);
-        }
-        for (a, g) in slope[t * m..(t + 1) * m].iter_mut().enumerate() {
-            *g = own(t, n + a) + through(n + a);
-            if g.abs() > result.residual || g.is_nan() {
-                result.residual = g.abs();
-            }
-            result.scale = result.scale.max(own(t, n + a).abs());
-            if let Some(feedback) = feedback {
-                let row = &feedback.at(t)[a * feedback.stride()..];
-                now[..n].iter_mut().zip(row).for_each(|(now, gain)| *now += gain * *g);
-            }
-        }
-    }
-    result
+    stationarity
 }

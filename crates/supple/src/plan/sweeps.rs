@@ -33,9 +33,10 @@ pub(crate) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scra
 pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Curvature, scratch: &mut Scratch) {
     let NominalProblem { system, phi, bounds } = problem;
     plan.knots.linearise_plan(system, plan.trajectory.points(), phi, curvature, scratch);
-    let bounded = bounds.map(|bounds| (bounds, &plan.trajectory.controls));
-    let (knots, feedback) = ((&plan.knots.dynamics, &plan.knots.cost), &plan.policy.feedback);
-    let Stationarity { residual, scale, step, control } = sweep_costates(knots, feedback, bounded, &mut plan.costates);
+    let controls = &plan.trajectory.controls;
+    let left = |t: usize, a: usize, slope| bounds.map_or(slope, |it| it.project(a, controls.vector(t)[a], slope));
+    let (knots, feedback) = ((&plan.knots.dynamics, &plan.knots.cost), Some(&plan.policy.feedback));
+    let Stationarity { residual, scale, step, control } = sweep_costates(knots, feedback, &mut plan.costates, left);
     plan.steepest = (step, control);
     plan.stationarity = residual;
     plan.relative_stationarity = residual / (1.0 + scale);

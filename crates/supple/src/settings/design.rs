@@ -155,21 +155,84 @@ pub enum GradientKind {
     Frozen,
 }
 
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Sqp, Self::Cobyla, Self::Barrier];
+
+    /// Its name in task files and commands, its short name in figures, and what it is.
+    fn words(self) -> [&'static str; 3] {
+        match self {
+            Self::Sqp => ["sqp", "SQP", "sequential quadratic programming"],
+            Self::Cobyla => ["cobyla", "COBYLA", "linear approximations without gradients"],
+            Self::Barrier => ["barrier", "barrier", "barrier descent of the paper, with signs corrected"],
+        }
+    }
+
+    /// Its name in task files and commands.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.words()[0]
+    }
+
+    /// Its short name in figures.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        self.words()[1]
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        self.words()[2]
+    }
+
+    /// Whether it uses gradients.
+    #[must_use]
+    pub fn uses_gradients(self) -> bool {
+        self != Self::Cobyla
+    }
+
+    /// A number for each optimiser with each gradient that it can use, in the order of [`Self::ALL`], for their colours.
+    #[must_use]
+    pub fn number(self, gradient: GradientKind) -> usize {
+        let before = Self::ALL.into_iter().take_while(|other| *other != self);
+        let of = |method: Self| if method.uses_gradients() { GradientKind::ALL.len() } else { 1 };
+        let own = GradientKind::ALL.into_iter().take_while(|other| *other != gradient).count();
+        before.map(of).sum::<usize>() + if self.uses_gradients() { own } else { 0 }
+    }
+}
+
+impl GradientKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Total, Self::Frozen];
+
+    /// Its name in task files and commands.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Total => "total",
+            Self::Frozen => "frozen",
+        }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Total => "plan, feedback and filter all vary with the parameters",
+            Self::Frozen => "trajectory and gains are held fixed, as in the paper",
+        }
+    }
+}
+
 impl std::fmt::Display for Method {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Sqp => "sqp",
-            Self::Cobyla => "cobyla",
-            Self::Barrier => "barrier",
-        })
+        f.write_str(self.name())
     }
 }
 
 impl std::fmt::Display for GradientKind {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Total => "total",
-            Self::Frozen => "frozen",
-        })
+        f.write_str(self.name())
     }
 }

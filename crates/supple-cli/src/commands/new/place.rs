@@ -224,7 +224,7 @@ impl<'a> Search<'a> {
             at => at.unwrap_or(pose.position).map(|entry| round(entry, limb.reach)),
         };
         let turn = upright(normal, &pose, self.push);
-        let rpy = turn.map(|turn| rpy_of(&turn).map(four_decimals));
+        let rpy = turn.map(rounded_rpy);
         let chosen = rpy.filter(|_| limb.joints().len() >= 6);
         let tree = &limb.planning.tree;
         let reached = self.reached(&limb.planning.start, position, chosen);
@@ -334,19 +334,17 @@ fn mounted(pose: &Pose, normal: [f64; 3]) -> ([f64; 3], [[f64; 3]; 2]) {
     let y = cross(z, x);
     let columns = [x, y, z].map(|axis| pose.unrotate(axis));
     let turn = [0, 1, 2].map(|row| [0, 1, 2].map(|column| columns[column][row]));
-    // Four digits, as of the pose; what lies below comes from rounding.
-    (rpy_of(&turn).map(four_decimals), [x, y])
+    (rounded_rpy(turn), [x, y])
+}
+
+/// Roll, pitch and yaw of a rotation to four decimals, as of the pose; what lies below comes from rounding.
+fn rounded_rpy(rotation: [[f64; 3]; 3]) -> [f64; 3] {
+    Pose { rotation, position: [0.0; 3] }.rpy().map(four_decimals)
 }
 
 /// Four decimals.
 fn four_decimals(number: f64) -> f64 {
     (number * 1e4).round() / 1e4
-}
-
-/// Roll, pitch and yaw of a rotation.
-fn rpy_of(turn: &[[f64; 3]; 3]) -> [f64; 3] {
-    let pitch = (-turn[2][0]).atan2(turn[2][1].hypot(turn[2][2]));
-    [turn[2][1].atan2(turn[2][2]), pitch, turn[1][0].atan2(turn[0][0])]
 }
 
 fn norm(v: [f64; 3]) -> f64 {

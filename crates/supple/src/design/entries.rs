@@ -1,0 +1,98 @@
+//! What a design search minimises and limits, as a list of functions of a visited design (theory, equation D.2). Another
+//! constraint is another entry of [`constraints`].
+
+use super::Aim;
+use super::visited::Visit;
+use crate::problem::Problem;
+use crate::settings::DesignSettings;
+
+/// Units of an [`OuterProblem`](super::OuterProblem).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Units {
+    /// Variables from 0 to 1, linearly or in the logarithm, as each parameter has it; objective and constraints
+    /// relative to their size at the first point.
+    Scaled,
+    /// Parameters in their units, the objective in nats, constraints in units of cost and price.
+    Natural,
+}
+
+impl Units {
+    /// The scale by which numbers of this size are divided.
+    pub(super) fn scale(self, size: f64) -> f64 {
+        match self {
+            Self::Scaled => size.abs().max(1e-12),
+            Self::Natural => 1.0,
+        }
+    }
+}
+
+/// A number at a visited design, and its gradient with respect to all parameters.
+type Valued = (f64, Vec<f64>);
+
+/// A function of visited designs.
+pub(super) struct Entry {
+    of: Box<dyn Fn(&Problem, &Visit) -> Valued>,
+    /// The scale by which it is divided for optimisers.
+    pub scale: f64,
+    /// What one unit of the auxiliary variable adds to it, after the division.
+    pub auxiliary: f64,
+}
+
+impl Entry {
+    fn new(scale: f64, of: impl Fn(&Problem, &Visit) -> Valued + 'static) -> Self {
+        Self { of: Box::new(of), scale, auxiliary: 0.0 }
+    }
+
+    /// The number and its gradient, not yet divided by the scale.
+    pub fn at(&self, problem: &Problem, visit: &Visit) -> Valued {
+        (self.of)(problem, visit)
+    }
+}
+
+/// Whether a search has an auxiliary variable: the least cost is the least number that is at least every `J_i / D_i`.
+pub(super) fn has_auxiliary(aim: Aim) -> bool {
+    aim == Aim::Cost
+}
+
+/// What is minimised.
+pub(super) fn objective((problem, aim, units): (&Problem, Aim, Units), first: &Visit) -> Entry {
+    if has_auxiliary(aim) {
+        return Entry { auxiliary: 1.0, ..Entry::new(1.0, |_, visit| (0.0, vec![0.0; visit.phi.len()])) };
+    }
+    let scale = units.scale(first.objective(problem));
+    Entry::new(scale, |problem, visit| (visit.objective(problem), visit.objective_gradient(problem)))
+}
+
+/// What must be at most 0: the cost of each task with a bound less that bound, or its ratio to the bound less the
+/// auxiliary variable; the sum of prices less the budget; and the cost without measurements less the bound, of tasks that
+/// must keep it without them.
+pub(super) fn constraints((settings, aim, units): (&DesignSettings, Aim, Units), first: &Visit) -> Vec<Entry> {
+    let bounded = || first.tasks.iter().enumerate().filter_map(|(task, at)| Some((task, at.bound?)));
+    let unmeasured = bounded().filter(|&(task, _)| first.tasks[task].unmeasured.is_some());
+    let cost = |(task, bound): (usize, f64)| match has_auxiliary(aim) {
+        true => {
+            let ratio = move |_: &Problem, visit: &Visit| {
+                let at = &visit.tasks[task];
+                let gradient = at.violation_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
+                (1.0 + at.violation().unwrap_or(-1.0), gradient)
+            };
+            Entry { auxiliary: -1.0, ..Entry::new(units.scale(1.0 + first.violation()), ratio) }
+        }
+        false => Entry::new(units.scale(bound), move |_, visit| {
+            let at = &visit.tasks[task];
+            (at.cost - at.bound.unwrap_or(f64::INFINITY), at.excess_gradient(1.0))
+        }),
+    };
+    let budget = settings.budget.map(|budget| {
+        Entry::new(units.scale(budget), move |_, visit| (visit.price.total - budget, visit.price.gradient.clone()))
+    });
+    let blind = |(task, bound): (usize, f64)| {
+        Entry::new(units.scale(bound), move |_, visit| {
+            let at = &visit.tasks[task];
+            let cost = at.unmeasured.as_ref().map_or(f64::NEG_INFINITY, |(cost, _)| *cost);
+            let gradient = at.unmeasured_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
+            (cost - at.bound.unwrap_or(f64::INFINITY), gradient)
+        })
+    };
+    bounded().map(cost).chain(budget).chain(unmeasured.map(blind)).collect()
+}
