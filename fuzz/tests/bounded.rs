@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use supple::Stop;
 use supple_fuzz::{TARGETS, home};
 use supple_study::pareto::ParetoOptions;
 use supple_study::{JOURNAL, LoadedTask, Progress, Watch};
@@ -61,7 +62,7 @@ fn interrupted() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let task = LoadedTask::load(&home().join("../tasks/two_mass_small.toml"), &[]).unwrap();
     let soon = StopSoon::default();
-    let watch = Watch { progress: &soon, stop: &soon.0 };
+    let watch = Watch { progress: &soon, stop: Stop::when(&soon.0) };
     let options = ParetoOptions { points: 4, starts: 1, seed: 0 };
     let _ = supple_study::pareto::run(&task, &options, Some(folder.path()), watch);
     std::fs::read(folder.path().join(JOURNAL)).unwrap()

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use supple::Stop;
 use supple::halt;
 use supple_study::Watch;
 
@@ -37,7 +38,7 @@ pub fn end_when_asked() {
 pub fn watched<T>(work: impl FnOnce(Watch) -> T) -> T {
     listen();
     let bar = Bar::new();
-    let found = work(Watch { progress: &bar, stop: &STOP });
+    let found = work(Watch { progress: &bar, stop: Stop::when(&STOP) });
     bar.finish();
     found
 }

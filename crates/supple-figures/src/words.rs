@@ -37,7 +37,7 @@ pub fn fixed(value: f64, digits: usize) -> String {
 }
 
 /// A number with three significant digits, in scientific notation if it is very large or small.
-pub fn short(value: f64) -> String {
+pub fn typeset(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".into() } else { "\u{2013}".into() };
     }

@@ -158,7 +158,7 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
         let message = "needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }";
         return Err(document.error(&["design".into(), key.into()], message));
     }
-    let names = Rc::new(Names::new(parameters.names()));
+    let names = Rc::new(Names::new(parameters.names()).starting_at(parameters.initial()));
     let document = document.naming(names.clone());
     let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
     let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
@@ -196,7 +196,7 @@ pub fn robot_of(source: &str, name: &str) -> Result<supple_robot::Robot, FileErr
         return Err(document.error(&["model".into(), "kind".into()], message));
     }
     let parameters = parameters::read(&document, folder, &mut Vec::new())?;
-    let document = document.naming(Rc::new(Names::new(parameters.names())));
+    let document = document.naming(Rc::new(Names::new(parameters.names()).starting_at(parameters.initial())));
     let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
     let robot = <Robot as ModelFile>::read(&source)?;
     Ok(robot.described(&parameters.initial()))

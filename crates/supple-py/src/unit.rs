@@ -1,13 +1,13 @@
 //! Units of work: what worker processes do of a study, from bytes to bytes, on one thread.
 
 use std::ops::Range;
-use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rayon::ThreadPoolBuilder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use supple::Stop;
 use supple::design::{Control, DesignSettings};
 use supple::{Dimensions, Level};
 use supple_study::design::{Found, run_start};
@@ -80,7 +80,7 @@ impl Units {
         // Units on one machine must not compete for its cores.
         let alone = ThreadPoolBuilder::new().num_threads(1).build();
         let alone = alone.map_err(|error| errors::usage(py, &format!("a thread cannot be made: {error}")))?;
-        let work = |stop: &AtomicBool| {
+        let work = |stop: Stop| {
             units.into_iter().map(|unit| self.study.work(task, unit, stop)).collect::<Result<Vec<_>, _>>()
         };
         let done = long(py, None, failures, |watch| alone.install(|| work(watch.stop)))?;
@@ -90,7 +90,7 @@ impl Units {
 }
 
 impl Study {
-    fn work(&self, task: &LoadedTask, unit: Unit, stop: &AtomicBool) -> Result<Vec<u8>, StudyError> {
+    fn work(&self, task: &LoadedTask, unit: Unit, stop: Stop) -> Result<Vec<u8>, StudyError> {
         match (self, unit) {
             (Self::Sweep(units), Unit::Segments(unit)) => to_bytes(&units.work(&unit, stop)?),
             (Self::Design(settings), Unit::Start(start)) => {

@@ -6,6 +6,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use pyo3::prelude::*;
+use supple::Stop;
 use supple_study::{Progress, Watch};
 
 use crate::errors;
@@ -37,7 +38,7 @@ pub fn long<T: Send>(
         let worker = scope.spawn(|| {
             // Also signals the end if the work panics.
             let _end = End(&relay);
-            pool.install(|| work(Watch { progress: &relay, stop: &stop }))
+            pool.install(|| work(Watch { progress: &relay, stop: Stop::when(&stop) }))
         });
         let mut raised = None;
         loop {

@@ -15,19 +15,6 @@ pub fn ended(status: DesignStatus) -> &'static str {
     }
 }
 
-/// How a plan ended, as the end of a sentence that begins with it.
-pub fn planned(status: PlanStatus) -> &'static str {
-    match status {
-        PlanStatus::Converged => "converged",
-        PlanStatus::MaxIterations => "reached the maximum number of iterations",
-        PlanStatus::LineSearchStalled => "stalled: no step lowered its cost",
-        PlanStatus::SlowProgress => "progressed too slowly: its cost hardly decreases",
-        PlanStatus::TimeLimit => "reached its time limit",
-        PlanStatus::LimitsExceeded => "violates its limits",
-        PlanStatus::Indefinite => "failed: the curvature of the cost in the control stays indefinite",
-    }
-}
-
 /// An optimiser and its gradient.
 pub fn method(method: Method, gradient: GradientKind) -> String {
     format!("{}, {gradient} gradient", method.description())

@@ -84,6 +84,7 @@ pub use folder::{Folder, Made};
 pub use journal::{JOURNAL, forget, kept_parts};
 pub use picture::picture;
 pub use result::{Steps, StudyResult};
+pub use supple::Stop;
 pub use table::{Cell, Column, Table};
 pub use task::{About, AboutTask, LoadedTask, OWN_MODEL, Source};
 pub use watch::{Progress, Silent, Watch};

@@ -1,6 +1,6 @@
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use supple::Stop;
 use supple::design::{Event, Observer};
 
 /// Observes the progress of long work; called from several threads.
@@ -29,24 +29,21 @@ impl Progress for Silent {
 pub struct Watch<'a> {
     /// Sees how far it is.
     pub progress: &'a dyn Progress,
-    /// Set to stop soon, keeping what was found.
-    pub stop: &'a AtomicBool,
+    /// When to stop, keeping what was found.
+    pub stop: Stop<'a>,
 }
-
-/// A stop flag that is never set.
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Neither watched nor stopped.
 impl Default for Watch<'_> {
     fn default() -> Self {
-        Self { progress: &Silent, stop: &NEVER }
+        Self { progress: &Silent, stop: Stop::never() }
     }
 }
 
 impl Watch<'_> {
     /// Whether to stop.
     pub fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.stop.is_requested()
     }
 }
 

@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use supple::Stop;
 use supple::EvaluateOptions;
 use supple::design::{Control, DesignStatus, design};
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint, run};
@@ -146,6 +147,7 @@ fn a_front_needs_bounds_above_zero_and_a_stop_is_heard() {
     let error = front(&load(&text.replace("bound = 25.0", "bound = 0.0")), 5).unwrap_err().to_string();
     assert!(error.contains("the cost limit of task `press` is 0"), "{error}");
     let options = ParetoOptions { points: 5, starts: 2, seed: 0 };
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
+    let flag = AtomicBool::new(true);
+    let watch = Watch { progress: &Silent, stop: Stop::when(&flag) };
     assert!(matches!(run(&load(&text), &options, None, watch), Err(StudyError::Stopped)));
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use serde::Serialize;
+use supple::Stop;
 use supple::design::{DesignSettings, GradientKind, Method};
 use supple::parameters::Scale;
 use supple_study::design::{self, DesignReport};
@@ -14,11 +15,10 @@ use supple_study::sweep::Axis;
 use supple_study::trace::{self, TraceOptions};
 use supple_study::{JOURNAL, LoadedTask, Progress, Silent, StudyError, Watch, kept_parts};
 
-static NEVER: AtomicBool = AtomicBool::new(false);
 static AT_ONCE: AtomicBool = AtomicBool::new(true);
 
 /// Nobody looks, and nobody stops.
-const RUNNING: Watch = Watch { progress: &Silent, stop: &NEVER };
+const RUNNING: Watch = Watch { progress: &Silent, stop: Stop::never() };
 
 /// Tells a study to stop once so many parts are done.
 struct StopAfter {
@@ -54,7 +54,7 @@ fn assert_resumes<T: Serialize>(parts: u64, run: impl Fn(Option<&Path>, Watch) -
     let kept_in = kept_in.path();
     let folder = Some(kept_in);
     let stop = StopAfter { parts, done: AtomicU64::new(0), stop: AtomicBool::new(false) };
-    match run(folder, Watch { progress: &stop, stop: &stop.stop }) {
+    match run(folder, Watch { progress: &stop, stop: Stop::when(&stop.stop) }) {
         Err(StudyError::Stopped) => {}
         found => assert_ne!(json(&found.unwrap()), whole, "it was not stopped"),
     }
@@ -129,11 +129,11 @@ fn what_is_kept_is_not_computed_again() {
     let task = small();
     let folder = tempfile::tempdir().unwrap();
     let stop = StopAfter { parts: 2, done: AtomicU64::new(0), stop: AtomicBool::new(false) };
-    let watch = Watch { progress: &stop, stop: &stop.stop };
+    let watch = Watch { progress: &stop, stop: Stop::when(&stop.stop) };
     trace::run(&task, &traces(), Some(folder.path()), watch).unwrap();
     let kept = kept_parts(folder.path()).unwrap();
     // Told to stop from the start, it computes nothing: all that it has is what was kept.
-    let watch = Watch { progress: &Silent, stop: &AT_ONCE };
+    let watch = Watch { progress: &Silent, stop: Stop::when(&AT_ONCE) };
     let found = trace::run(&task, &traces(), Some(folder.path()), watch).unwrap();
     assert_eq!(found.runs.len() as u64, kept);
     assert!(found.stopped);

@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use supple::Stop;
 use supple::parameters::Scale;
 use supple_study::robustness::{DesignChoice, PlannedFor, RobustCell, Robustness, RobustnessOptions, run};
 use supple_study::sweep::Axis;
@@ -166,6 +167,7 @@ fn what_cannot_be_varied_is_an_error() {
     let designs = DesignChoice::parse_list("start", &task).unwrap();
     let vary = Axis::parse_as("wall_variance=1e-5:1e-2:8", &task, Scale::Log).unwrap();
     let options = RobustnessOptions { designs, vary, rollouts: 4, seed: 0 };
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
+    let flag = AtomicBool::new(true);
+    let watch = Watch { progress: &Silent, stop: Stop::when(&flag) };
     assert!(matches!(run(&task, &options, None, watch), Err(StudyError::Stopped)));
 }

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use supple::Stop;
 use supple::design::{DesignSettings, DesignStatus};
 use supple_study::sensors::{Search, SensorGoal, SensorMethod, SensorValue, Sensors, SensorsOptions, SetBy, run};
 use supple_study::study::Work;
@@ -139,7 +140,8 @@ fn what_cannot_be_is_refused() {
         let error = refused(SensorsOptions { cost: Some(70.0), method, ..default() });
         assert!(error.contains("an expected cost of at most 70; with all of them it is 77.10007"), "{error}");
     }
-    let stopped = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
+    let flag = AtomicBool::new(true);
+    let stopped = Watch { progress: &Silent, stop: Stop::when(&flag) };
     let error = run(&task("wiping_arm_sensors.toml"), &default(), stopped).unwrap_err();
     assert!(matches!(error, StudyError::Stopped), "{error}");
 }

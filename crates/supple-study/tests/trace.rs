@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use supple::Stop;
 use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, design};
 use supple_study::trace::{Trace, TraceOptions, run};
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
@@ -68,6 +69,7 @@ fn what_is_asked_for_twice_or_not_at_all_is_an_error() {
     assert!(trace(&task, &twice).unwrap_err().to_string().contains("the method sqp is named twice"));
     let none = TraceOptions { gradients: Vec::new(), ..options() };
     assert!(trace(&task, &none).unwrap_err().to_string().contains("no gradient is named"));
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
+    let flag = AtomicBool::new(true);
+    let watch = Watch { progress: &Silent, stop: Stop::when(&flag) };
     assert!(matches!(run(&task, &options(), None, watch), Err(StudyError::Stopped)));
 }

@@ -75,6 +75,7 @@ pub mod sensors;
 pub mod settings;
 pub mod simulate;
 mod stability;
+mod stop;
 mod touching;
 
 pub use controller::{Controller, ControllerRun};
@@ -94,6 +95,7 @@ pub use plan::VALID_STATIONARITY;
 pub use problem::{CatalogueSensor, Problem, Task, TaskNumbers, check_rollouts, most_steps};
 pub use settings::MOST_ROLLOUTS;
 pub use stability::Stability;
+pub use stop::Stop;
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch, halt, math};
 pub use supple_lqg as lqg;
 pub use supple_lqg::Dimensions;

@@ -73,7 +73,7 @@ fn beside(at: Place, from: Place, to: Place) -> f64 {
 fn numbered(canvas: &mut Canvas, sheet: &Sheet, level: f64, dark: bool, (ruler, room): (&Ruler, &mut Room)) {
     let colour = if dark { "#ffffff" } else { "#000000" };
     let mut lines = sheet.lines(level);
-    let text = words::short(level);
+    let text = words::typeset(level);
     let half = ruler.width(&text, SMALL - 1.0) / 2.0 + 1.5;
     lines.sort_by(|a, b| length(b).total_cmp(&length(a)));
     let spot = lines.first().and_then(|line| spot(line, half, room));
@@ -156,7 +156,7 @@ pub fn bar(canvas: &mut Canvas, [left, top, width, height]: [f64; 4], levels: &[
     for (index, level) in levels.iter().enumerate().filter(|(index, _)| index % every == 0) {
         let y = top + height - step * (index + 1) as f64;
         canvas.path(&[vec![(x + BAR, y), (x + BAR + 1.5, y)]], false, Paint::stroke("#000000", 0.4));
-        canvas.text(&words::short(*level), (x + BAR + 3.0, y + 0.36 * SMALL), SMALL, Hold::Left, 0.0, "#000000");
+        canvas.text(&words::typeset(*level), (x + BAR + 3.0, y + 0.36 * SMALL), SMALL, Hold::Left, 0.0, "#000000");
     }
 }
 

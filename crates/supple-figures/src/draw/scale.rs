@@ -105,7 +105,7 @@ fn logarithmic([low, high]: [f64; 2], most: usize) -> Ticks {
         // Little more than one number: round numbers, as on a linear axis.
         labelled = linear([low, high], most).ticks.into_iter().map(|tick| tick.value).filter(|v| *v > 0.0).collect();
     }
-    let mut ticks: Vec<Tick> = labelled.iter().map(|&value| Tick { value, text: words::short(value) }).collect();
+    let mut ticks: Vec<Tick> = labelled.iter().map(|&value| Tick { value, text: words::typeset(value) }).collect();
     if (high / low).log10() < 8.0 {
         let near = |value: f64| labelled.iter().any(|other| (value / other - 1.0).abs() < 1e-6);
         let minor = at(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]).into_iter().filter(|value| !near(*value));

@@ -41,7 +41,7 @@ pub fn bound(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
     let x = Axis::around("expected cost above the minimum", "", Scale::Log, &excess);
     let all: Vec<f64> = series.iter().flat_map(Series::ordinates).chain([0.0]).collect();
     let y = Axis::around("directed information per step", "bits", Scale::Linear, &all);
-    let least = words::short(first.task.minimum_cost);
+    let least = words::typeset(first.task.minimum_cost);
     let title = if several { String::new() } else { format!("{}, minimum cost {least}", first.task.name) };
     let important: Vec<String> = shown.iter().map(|one| one.label("minimum")).collect();
     let figure = Figure {

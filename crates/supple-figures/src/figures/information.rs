@@ -39,7 +39,7 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
     let mut panels = Vec::new();
     for (row, (y, lines)) in rows.into_iter().enumerate() {
         for (design, series) in shown.iter().zip(lines) {
-            let total = format!("{} bits", words::short(design.task.information.total_bits));
+            let total = format!("{} bits", words::typeset(design.task.information.total_bits));
             let title = match row {
                 0 if columns > 1 => format!("{}, {total}", design.design),
                 0 => total,

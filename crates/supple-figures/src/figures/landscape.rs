@@ -186,7 +186,7 @@ fn marked(colour: Colour) -> Style {
 }
 
 fn bound_label(bound: f64) -> String {
-    format!("cost at its limit, {}", words::short(bound))
+    format!("cost at its limit, {}", words::typeset(bound))
 }
 
 fn bound_style() -> Style {

@@ -32,7 +32,7 @@ pub fn motion(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let strongest = scenes.iter().flat_map(|(_, scene)| strengths(scene)).fold(0.0, f64::max);
     let size = scenes.iter().map(|(_, scene)| scene.size).fold(0.0, f64::max);
     let length = if strongest > 0.0 { ARROW * size / strongest } else { 0.0 };
-    let label = format!("contact force, at most {} N", words::short(strongest));
+    let label = format!("contact force, at most {} N", words::typeset(strongest));
     let mut rows = Vec::new();
     for (design, scene) in &scenes {
         let frames = scene.time.0.len();

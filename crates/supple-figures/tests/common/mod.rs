@@ -2,9 +2,9 @@
 #![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
+use supple::Stop;
 use supple::design::{DesignStatus, GradientKind, InformationWeights, Method};
 use supple::{EvaluateOptions, Named};
 use supple_figures::Figure;
@@ -44,8 +44,7 @@ pub fn sweep(axes: &[&str]) -> Folder {
     let task = task();
     let axes = axes.iter().map(|text| Axis::parse(text, &task).unwrap()).collect();
     let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
-    let stop = AtomicBool::new(false);
-    let found = sweep::run(&task, &options, None, Watch { progress: &Silent, stop: &stop }).unwrap();
+    let found = sweep::run(&task, &options, None, Watch { progress: &Silent, stop: Stop::never() }).unwrap();
     folder("sweep", StudyResult::Sweep(Box::new(found)))
 }
 

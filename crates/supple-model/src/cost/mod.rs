@@ -29,6 +29,8 @@ pub use square::Quadratic;
 pub enum Weights {
     /// One weight for all entries.
     Equal(Value),
+    /// One weight for each entry.
+    Each(Vec<Value>),
     /// A weight matrix `M`: `r' M r`; only used with the quadratic norm.
     Matrix(Vec<Vec<Value>>),
 }
@@ -38,6 +40,7 @@ impl Weights {
     pub fn are_zero(&self) -> bool {
         match self {
             Self::Equal(weight) => weight.is_zero(),
+            Self::Each(weights) => weights.iter().all(|weight| weight.is_zero()),
             Self::Matrix(rows) => rows.iter().flatten().all(|weight| weight.is_zero()),
         }
     }
@@ -46,6 +49,7 @@ impl Weights {
     pub fn scale(&mut self, by: Value) {
         match self {
             Self::Equal(weight) => *weight = weight.times(by),
+            Self::Each(weights) => weights.iter_mut().for_each(|weight| *weight = weight.times(by)),
             Self::Matrix(rows) => rows.iter_mut().flatten().for_each(|weight| *weight = weight.times(by)),
         }
     }
@@ -56,6 +60,7 @@ impl Weights {
         let is_zero = |weight: &Value| weight.resolve::<f64>(phi) == 0.0;
         match self {
             Self::Equal(weight) => is_zero(weight),
+            Self::Each(weights) => weights.iter().all(is_zero),
             Self::Matrix(rows) => rows.iter().flatten().all(is_zero),
         }
     }
@@ -116,6 +121,13 @@ impl Cost {
         Self { norm: norm.into(), ..self }
     }
 
+    /// The same with these weights at all steps, and in the final cost unless the quantity depends on the control.
+    #[must_use]
+    pub fn with_weights(self, weights: Weights) -> Self {
+        let last = if self.quantity.depends_on_control() { self.last } else { weights.clone() };
+        Self { stage: weights, last, ..self }
+    }
+
     /// The same with one final weight for all entries.
     #[must_use]
     pub fn with_final_weight(self, weight: impl Into<Value>) -> Self {
@@ -152,10 +164,15 @@ impl Cost {
     /// Checks the weights and the norm within the parameters' bounds; the error gives the key and what is valid.
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         for (key, weights) in [("weight", &self.stage), ("final_weight", &self.last)] {
-            if let Weights::Equal(weight) = weights
-                && let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0)
-            {
-                return Err((key, format!("must be at least 0; {}", weight.found(least))));
+            let each = match weights {
+                Weights::Equal(weight) => std::slice::from_ref(weight),
+                Weights::Each(weights) => weights,
+                Weights::Matrix(_) => &[],
+            };
+            for weight in each {
+                if let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0) {
+                    return Err((key, format!("must be at least 0; {}", weight.found(least))));
+                }
             }
         }
         self.norm.check(parameters).map_err(|message| ("norm", message))?;
@@ -179,6 +196,14 @@ impl Cost {
                     sum += value;
                 }
                 weight.resolve(phi) * sum
+            }
+            Weights::Each(weights) => {
+                for (weight, value) in weights.iter().zip(self.norm.values(r, phi)) {
+                    if !weight.is_zero() {
+                        sum = weight.resolve(phi).mul_add(value, sum);
+                    }
+                }
+                sum
             }
             Weights::Matrix(rows) => {
                 for (row, &left) in rows.iter().zip(r) {
@@ -208,10 +233,10 @@ struct File {
     /// positions and the centre of mass. For `frame_pose`, the three position entries suffice.
     #[serde(alias = "position")]
     target: Option<OneOrMore>,
-    /// Weight in every stage, in 1/unit² with the quadratic norm.
-    weight: Value,
-    /// Weight in the final cost; default: `weight`. Not allowed for quantities that depend on the control.
-    final_weight: Option<Value>,
+    /// Weight in every stage, one for all entries or one each, in 1/unit² with the quadratic norm.
+    weight: OneOrMore,
+    /// The same in the final cost; default: `weight`. Not allowed for quantities that depend on the control.
+    final_weight: Option<OneOrMore>,
     /// Norm of the error, by kind.
     #[serde(default)]
     #[cfg_attr(feature = "schema", schemars(skip))]
@@ -222,7 +247,11 @@ struct File {
 impl File {
     fn cost(self, quantity: Quantity, norm: Norm) -> Result<Cost, Unfit> {
         let len = quantity.len();
-        let cost = Cost::new(quantity, self.weight).with_norm(norm);
+        let weights = |key: &'static str, given: OneOrMore| match *given.0 {
+            [weight] => Ok(Weights::Equal(weight)),
+            _ => given.each(len).map(Weights::Each).map_err(|message| Unfit::new(key, message)),
+        };
+        let cost = Cost::new(quantity, 1.0).with_norm(norm).with_weights(weights("weight", self.weight)?);
         let cost = match self.target.map(|targets| targets.0) {
             None if cost.quantity.needs_target() => return Err(Unfit::new("target", "is missing")),
             None => cost,
@@ -239,7 +268,7 @@ impl File {
                 let message = "is not allowed: quantities that depend on the control do not enter the final cost";
                 Err(Unfit { help: Some("leave it out".into()), ..Unfit::new("final_weight", message) })
             }
-            Some(weight) => Ok(cost.with_final_weight(weight)),
+            Some(given) => Ok(Cost { last: weights("final_weight", given)?, ..cost }),
             None => Ok(cost),
         }
     }

@@ -148,6 +148,9 @@ impl Value {
     /// Message for a value that can be as low as `least`, if that is too low.
     #[must_use]
     pub fn found(self, least: f64) -> String {
+        if !least.is_finite() && matches!(self, Self::Expression(_)) {
+            return "within the bounds of its parameters it may be infinite or undefined".to_owned();
+        }
         let least = digits(least);
         match self {
             Self::Number(_) => format!("found {least}"),

@@ -6,6 +6,8 @@ use super::Value;
 #[derive(Debug, Default)]
 pub struct Names {
     declared: Vec<String>,
+    /// Their initial values, where they are known.
+    initial: Option<Vec<f64>>,
     used: RefCell<Vec<bool>>,
 }
 
@@ -14,7 +16,13 @@ impl Names {
     #[must_use]
     pub fn new(declared: Vec<String>) -> Self {
         let used = RefCell::new(vec![false; declared.len()]);
-        Self { declared, used }
+        Self { declared, initial: None, used }
+    }
+
+    /// The same with the parameters' initial values, at which every value must be finite.
+    #[must_use]
+    pub fn starting_at(self, initial: Vec<f64>) -> Self {
+        Self { initial: Some(initial), ..self }
     }
 
     /// Interprets text in place of a number as a parameter or an expression of parameters, which are marked as used.
@@ -27,7 +35,13 @@ impl Names {
             self.used.borrow_mut()[index] = true;
             Some(index)
         };
-        Value::read(text, &mut index_of, &self.declared)
+        let value = Value::read(text, &mut index_of, &self.declared)?;
+        match self.initial.as_ref().map(|initial| value.resolve::<f64>(initial)) {
+            Some(found) if !found.is_finite() => {
+                Err(format!("must be finite; at the initial values of the parameters `{text}` is {found}"))
+            }
+            _ => Ok(value),
+        }
     }
 
     /// The first name that no value used.

@@ -71,7 +71,7 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
     if !task.status.is_converged() {
         list.push(format!(
             "The plan of {which} {}; its numbers are those of the last iterate.",
-            words::planned(task.status)
+            task.status.description()
         ));
     }
     if let Some(worst) = task.limits_violated.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))) {

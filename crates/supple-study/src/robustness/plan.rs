@@ -1,6 +1,6 @@
-use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
+use supple::Stop;
 use supple::design::{Attempts, Control, Design, DesignStatus, plan_at};
 use supple::pipeline::TaskState;
 use supple::{Matrices, Named, Problem};
@@ -76,7 +76,7 @@ impl Optimum {
     ///
     /// # Errors
     /// Where the starts are not of this task, none of them could be evaluated, or it is stopped.
-    pub fn of(task: &LoadedTask, starts: Vec<Found>, stop: &AtomicBool) -> Result<Self, StudyError> {
+    pub fn of(task: &LoadedTask, starts: Vec<Found>, stop: Stop) -> Result<Self, StudyError> {
         let control = Control { stop, ..Control::default() };
         let found: Design = best_of(task, &task.problem.design, starts, (0.0, control))?;
         let best = found.found();

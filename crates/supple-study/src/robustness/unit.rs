@@ -1,7 +1,7 @@
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use supple::Stop;
 use super::cell::{Costs, Place, cells};
 use super::plan::{Optimum, Planned, plan_one};
 use super::{DesignChoice, RobustDesign, Robustness, RobustnessOptions, assemble, check};
@@ -25,10 +25,9 @@ impl RobustnessUnits {
     /// Where something is wrong with what is asked for, or the starts are not of this task.
     pub fn new(task: &LoadedTask, options: &RobustnessOptions, starts: Vec<Found>) -> Result<Self, StudyError> {
         let varied = check(task, options)?;
-        let never = AtomicBool::new(false);
         let optimum = if options.designs.contains(&DesignChoice::Optimum) {
             check_designable(task)?;
-            Some(Optimum::of(task, starts, &never)?)
+            Some(Optimum::of(task, starts, Stop::never())?)
         } else {
             None
         };
@@ -40,7 +39,7 @@ impl RobustnessUnits {
     ///
     /// # Errors
     /// Where it cannot be planned, or the number is that of no design.
-    pub fn design(&self, task: &LoadedTask, design: usize, stop: &AtomicBool) -> Result<RobustDesign, StudyError> {
+    pub fn design(&self, task: &LoadedTask, design: usize, stop: Stop) -> Result<RobustDesign, StudyError> {
         Ok(self.planned(task, design, stop)?.design(&task.problem))
     }
 
@@ -48,7 +47,7 @@ impl RobustnessUnits {
     ///
     /// # Errors
     /// Where their design cannot be planned, there are no such cells, or it is stopped.
-    pub fn cells(&self, task: &LoadedTask, numbers: Range<usize>, stop: &AtomicBool) -> Result<Vec<Costs>, StudyError> {
+    pub fn cells(&self, task: &LoadedTask, numbers: Range<usize>, stop: Stop) -> Result<Vec<Costs>, StudyError> {
         if numbers.end > cells(task, &self.options) {
             return Err(StudyError::usage("these cells belong to another study"));
         }
@@ -56,12 +55,12 @@ impl RobustnessUnits {
             let at = Place::of(number, task, &self.options);
             let planned = self.planned(task, at.design, stop)?;
             let costs = at.costs(task, &planned, (&self.options, self.varied));
-            if stop.load(Ordering::Relaxed) { Err(StudyError::Stopped) } else { Ok(costs) }
+            if stop.is_requested() { Err(StudyError::Stopped) } else { Ok(costs) }
         };
         numbers.map(sample).collect()
     }
 
-    fn planned(&self, task: &LoadedTask, design: usize, stop: &AtomicBool) -> Result<Arc<Planned>, StudyError> {
+    fn planned(&self, task: &LoadedTask, design: usize, stop: Stop) -> Result<Arc<Planned>, StudyError> {
         let Some(choice) = self.options.designs.get(design) else {
             return Err(StudyError::usage("this design is not of this study"));
         };
@@ -70,7 +69,7 @@ impl RobustnessUnits {
             return Ok(planned.clone());
         }
         let made = Arc::new(plan_one(task, choice, self.optimum.as_ref())?);
-        if stop.load(Ordering::Relaxed) {
+        if stop.is_requested() {
             return Err(StudyError::Stopped);
         }
         planned[design] = Some(made.clone());

@@ -1,5 +1,5 @@
-use std::sync::atomic::{AtomicBool, Ordering};
 
+use supple::Stop;
 use supple::aims::weighted_information;
 use supple::design::{Control, InformationWeights, best_plan, design};
 use supple::pipeline::TaskState;
@@ -47,7 +47,7 @@ fn held(task: &LoadedTask, grid: &Grid) -> Result<Problem, StudyError> {
 /// Evaluates one point after the other.
 pub(super) struct Evaluator<'a> {
     study: &'a Study,
-    stop: &'a AtomicBool,
+    stop: Stop<'a>,
     states: Vec<TaskState>,
 }
 
@@ -63,13 +63,13 @@ struct Outcome {
 }
 
 impl<'a> Evaluator<'a> {
-    pub fn new(study: &'a Study, stop: &'a AtomicBool) -> Self {
+    pub fn new(study: &'a Study, stop: Stop<'a>) -> Self {
         Self { study, stop, states: study.problem.tasks.iter().map(TaskState::new).collect() }
     }
 
     /// Whether it is to stop.
     pub fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.stop.is_requested()
     }
 
     /// What it evaluates.

@@ -2,15 +2,15 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use supple::Stop;
 use supple::Problem;
 
 use super::*;
 use crate::{Cell, Progress, Silent};
 
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Nobody looks, and nobody stops.
-pub const RUNNING: Watch = Watch { progress: &Silent, stop: &NEVER };
+pub const RUNNING: Watch = Watch { progress: &Silent, stop: Stop::never() };
 
 /// Stops once a number of points are kept.
 pub struct StopAfter(pub u64, pub AtomicBool, AtomicU64);
@@ -21,7 +21,7 @@ impl StopAfter {
     }
 
     pub fn watch(&self) -> Watch<'_> {
-        Watch { progress: self, stop: &self.1 }
+        Watch { progress: self, stop: Stop::when(&self.1) }
     }
 }
 
@@ -110,7 +110,7 @@ fn designs_hold_the_parameters_on_axes() {
     held.problem.parameters = held.problem.parameters.held(&[0]);
     for (point, k1) in [300.0, 500.0].into_iter().enumerate() {
         let settings = supple::design::DesignSettings { starts: 2, seed: 1, ..held.problem.design.clone() };
-        let control = supple::design::Control { observer: &supple::design::NoObserver, stop: &NEVER };
+        let control = supple::design::Control { observer: &supple::design::NoObserver, stop: Stop::never() };
         let found = supple::design::design(&held.problem, &[k1, 500.0, 1e-4, 5e-3], &settings, control).unwrap();
         let best = &found.starts[found.best];
         let [k2, nats] = ["k2", "information_nats"].map(|name| table.numbers(name).unwrap()[point]);
@@ -204,7 +204,7 @@ fn units_done_elsewhere_in_any_order_make_the_same_table() {
             let given: Vec<SweepUnit> = std::iter::from_fn(|| collector.next_unit(2)).collect();
             let mut kept = 0;
             for unit in given.into_iter().rev() {
-                let rows = units.work(&unit, &NEVER).unwrap();
+                let rows = units.work(&unit, Stop::never()).unwrap();
                 let others = vec![(unit.clone(), rows[1..].to_vec())];
                 assert!(collector.keep(&others).unwrap_err().to_string().contains("do not belong to point"));
                 kept += collector.keep(&[(unit.clone(), rows.clone())]).unwrap();

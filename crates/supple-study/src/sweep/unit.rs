@@ -1,6 +1,6 @@
 use std::ops::Range;
-use std::sync::atomic::AtomicBool;
 
+use supple::Stop;
 use serde::{Deserialize, Serialize};
 
 use super::SweepOptions;
@@ -38,7 +38,7 @@ impl SweepUnits {
     ///
     /// # Errors
     /// If it is stopped, or the unit is none of this sweep.
-    pub fn work(&self, unit: &SweepUnit, stop: &AtomicBool) -> Result<Vec<String>, StudyError> {
+    pub fn work(&self, unit: &SweepUnit, stop: Stop) -> Result<Vec<String>, StudyError> {
         if unit.segments.end > self.study.grid.segments() {
             return Err(StudyError::usage("these segments belong to another sweep"));
         }

@@ -1,6 +1,6 @@
 //! Observing and stopping long computations.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::Stop;
 
 /// What happens during a long computation.
 #[derive(Clone, Copy, Debug)]
@@ -73,23 +73,20 @@ impl Observer for NoObserver {
 pub struct Control<'a> {
     /// Receives progress events.
     pub observer: &'a dyn Observer,
-    /// Set to stop soon, keeping what was found.
-    pub stop: &'a AtomicBool,
+    /// When to stop, keeping what was found.
+    pub stop: Stop<'a>,
 }
 
-/// A stop flag that is never set.
-static NEVER: AtomicBool = AtomicBool::new(false);
-
-/// No observer and no stop flag.
+/// No observer, and never stopped.
 impl Default for Control<'_> {
     fn default() -> Self {
-        Self { observer: &NoObserver, stop: &NEVER }
+        Self { observer: &NoObserver, stop: Stop::never() }
     }
 }
 
 impl Control<'_> {
     /// Whether to stop.
     pub fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.stop.is_requested()
     }
 }

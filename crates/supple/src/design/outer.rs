@@ -34,6 +34,7 @@ pub trait Optimiser: Send + Sync {
 
 /// How an optimiser ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Ending {
     /// Converged according to its own criterion.
     Converged,

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use supple_model::ContactReport;
+use supple_text::short;
 
 use crate::plan::PlanStatus;
 use crate::settings::MOST_ROLLOUTS;
@@ -126,6 +127,11 @@ impl Trust {
     }
 }
 
+/// A number in a message.
+fn said(number: f64) -> String {
+    short(number, 6)
+}
+
 /// If roll-outs do not cost what was predicted, and exceed the limit that the prediction meets: a message with both, and
 /// what to try.
 fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String> {
@@ -133,9 +139,11 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
     let (error, _) = cost_error(predicted, sampled);
     (differs(predicted, sampled) && sampled.cost_mean - error > limit).then(|| {
         format!(
-            "roll-outs cost {:.4}, above the limit of {limit:.4}, although {:.4} is expected; try less noise, costs and \
+            "roll-outs cost {}, above the limit of {}, although {} is expected; try less noise, costs and \
              contacts with more smoothing, or a smaller `time_step`",
-            sampled.cost_mean, predicted.cost
+            said(sampled.cost_mean),
+            said(limit),
+            said(predicted.cost)
         )
     })
 }
@@ -165,8 +173,8 @@ fn too_coarse(
     let surely = if most_differ { finer.median_difference } else { difference - error };
     let exceeds = predicted.kept_limit.is_some_and(|limit| predicted.cost + surely > limit);
     let verdict = if exceeds { Verdict::Broken } else { Verdict::Doubtful };
-    let costs =
-        format!("roll-outs cost {cost_mean:.4} on a plant of {times} times finer steps, but {own_cost_mean:.4}");
+    let (here, own_cost) = (said(cost_mean), said(own_cost_mean));
+    let costs = format!("roll-outs cost {here} on a plant of {times} times finer steps, but {own_cost}");
     let limit = if exceeds { ", which exceeds the limit" } else { "" };
     if mean_differs || most_differ {
         return Some((verdict, format!("{costs} on the steps of this task{limit}; {advice}")));
@@ -183,7 +191,8 @@ fn too_coarse(
     let (bits, more) = (finer.realised_bits?.mean, finer.bits_difference?);
     let own = bits - more.mean;
     (more.mean.abs() > least_bits(own, &more)).then(|| {
-        let what = format!("measurements give {bits:.4} bits on a plant of {times} times finer steps, but {own:.4}");
+        let (bits, own) = (said(bits), said(own));
+        let what = format!("measurements give {bits} bits on a plant of {times} times finer steps, but {own}");
         (Verdict::Doubtful, format!("{what} on the steps of this task; {advice}"))
     })
 }
@@ -238,9 +247,10 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
     let (error, tolerated) = cost_error(predicted, sampled);
     if differs(predicted, sampled) {
         reasons.push(format!(
-            "roll-outs cost {:.4}, but {:.4} is expected: the cost is not quadratic over the spread of states; try less \
+            "roll-outs cost {}, but {} is expected: the cost is not quadratic over the spread of states; try less \
              noise, or costs and contacts with more smoothing",
-            sampled.cost_mean, predicted.cost
+            said(sampled.cost_mean),
+            said(predicted.cost)
         ));
     } else if let Some(needed) = rollouts_needed {
         reasons.push(format!(
@@ -269,8 +279,9 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         && (bits.mean - predicted.bits).abs() > least_bits(predicted.bits, &bits)
     {
         reasons.push(format!(
-            "roll-outs gave {:.4} bits, but {:.4} are predicted: the sensors behave differently away from the plan",
-            bits.mean, predicted.bits
+            "roll-outs gave {} bits, but {} are predicted: the sensors behave differently away from the plan",
+            said(bits.mean),
+            said(predicted.bits)
         ));
     }
     for contact in predicted.contacts.iter().filter(|contact| contact.touches) {

@@ -243,6 +243,7 @@ impl PlanSettings {
 /// How planning ended.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PlanStatus {
     /// The trajectory is stationary, to the tolerance, for the plan's objective. In sampled mode: runs hardly move the
     /// reference any more, which is far from stationary.
@@ -263,6 +264,20 @@ pub enum PlanStatus {
 }
 
 impl PlanStatus {
+    /// How a plan ended, in words that follow "the plan".
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::MaxIterations => "reached the maximum number of iterations",
+            Self::LineSearchStalled => "stalled: no step lowered its cost",
+            Self::SlowProgress => "progressed too slowly: its cost hardly decreases",
+            Self::TimeLimit => "reached its time limit",
+            Self::LimitsExceeded => "violates its limits",
+            Self::Indefinite => "failed: the curvature of the cost in the control stays indefinite",
+        }
+    }
+
     /// Whether the plan may be used for results.
     pub fn is_converged(self) -> bool {
         self == Self::Converged

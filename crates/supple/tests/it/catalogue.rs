@@ -259,7 +259,7 @@ fn stopped_searches_choose_entries() {
     }
     let problem = two_masses("[80, 150, 320, 480]", "[110, 210, 330, 560]");
     let stop = AtomicBool::new(false);
-    let control = Control { observer: &Stop(&stop), stop: &stop };
+    let control = Control { observer: &Stop(&stop), stop: supple::Stop::when(&stop) };
     let found = design(&problem, &problem.parameters.initial(), &problem.design, control).unwrap();
     assert_eq!(found.status, DesignStatus::Stopped);
     let chosen = found.found();

@@ -5,6 +5,7 @@ use crate::common;
 use std::sync::atomic::AtomicBool;
 
 use crate::common::shipped;
+use supple::Stop;
 use supple::Problem;
 use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary, design};
 
@@ -110,7 +111,7 @@ fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
 fn a_stop_keeps_what_was_found() {
     let problem = shipped("two_mass.toml");
     let stop = AtomicBool::new(true);
-    let control = Control { stop: &stop, ..Control::default() };
+    let control = Control { stop: Stop::when(&stop), ..Control::default() };
     let settings = DesignSettings { starts: 1, ..Default::default() };
     let found = design(&problem, &problem.parameters.initial(), &settings, control).unwrap();
     assert_eq!(found.status, DesignStatus::Stopped);

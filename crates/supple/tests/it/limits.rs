@@ -1,6 +1,5 @@
 //! Plans keep the limits that tasks ask them to keep, and designs move along them.
 
-use std::sync::atomic::AtomicBool;
 
 use crate::common::{shipped, shipped_with};
 use nalgebra::{DMatrix, DVector};
@@ -221,9 +220,8 @@ fn a_design_within_a_limit_of_speed_meets_limit_and_bound() {
     let mut problem = shipped_with("two_mass.toml", &kept(LIMITS[0].1));
     problem.tasks[0].bound = Some(330.0.into());
     let settings = DesignSettings { starts: 1, ..problem.design.clone() };
-    let stop = AtomicBool::new(false);
     let phi = problem.parameters.initial();
-    let found = design(&problem, &phi, &settings, Control { stop: &stop, ..Control::default() }).unwrap();
+    let found = design(&problem, &phi, &settings, Control::default()).unwrap();
     assert_eq!(found.status, DesignStatus::Converged);
     let best = found.found();
     let at = problem.evaluate(&best.to, &EvaluateOptions::default()).unwrap();

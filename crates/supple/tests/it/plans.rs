@@ -1,6 +1,5 @@
 //! Belief-space plans: what they minimise, what they cost and what they look like.
 
-use std::sync::atomic::AtomicBool;
 
 use crate::common::{repository, shipped};
 use supple::Linearise;
@@ -233,10 +232,9 @@ fn a_time_limit_ends_the_search_for_risk_sensitive_plans() {
 #[test]
 fn designs_are_found_along_belief_plans() {
     let problem = shipped("light_dark.toml");
-    let stop = AtomicBool::new(false);
     let mut settings = problem.design.clone();
     settings.starts = 2;
-    let control = Control { stop: &stop, ..Control::default() };
+    let control = Control::default();
     let found = design(&problem, &problem.parameters.initial(), &settings, control).unwrap();
     let best = &found.starts[found.best];
     assert_eq!(found.status, DesignStatus::Converged);

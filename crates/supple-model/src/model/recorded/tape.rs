@@ -43,20 +43,11 @@ pub enum Instruction {
 impl Instruction {
     /// The values that it reads.
     pub fn operands(self) -> impl Iterator<Item = u32> {
-        let (list, len) = match self {
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::Atan2(a, b) => ([a, b, b], 2),
-            Self::Select(a, b, c) => ([a, b, c], 3),
-            Self::Neg(a)
-            | Self::Recip(a)
-            | Self::Sqrt(a)
-            | Self::Sin(a)
-            | Self::Cos(a)
-            | Self::Exp(a)
-            | Self::Ln(a)
-            | Self::Tanh(a)
-            | Self::ExpM1(a)
-            | Self::Ln1p(a) => ([a; 3], 1),
-        };
+        let (mut list, mut len) = ([0; 3], 0);
+        self.on(|operand| {
+            (list[len], len) = (operand, len + 1);
+            operand
+        });
         list.into_iter().take(len)
     }
 

@@ -76,6 +76,11 @@ impl<M: Model> Recorder<'_, M> {
                         add(i, i, weight * cost.norm.curvature(r, &trace.phi));
                     }
                 }
+                Weights::Each(weights) => {
+                    for (i, (weight, &r)) in weights.iter().zip(&r).enumerate().filter(|(_, (weight, _))| !weight.is_zero()) {
+                        add(i, i, weight.resolve::<Node>(&trace.phi) * cost.norm.curvature(r, &trace.phi));
+                    }
+                }
                 Weights::Matrix(weights) => {
                     for (i, row) in weights.iter().enumerate() {
                         for (j, weight) in row.iter().enumerate() {
@@ -91,7 +96,7 @@ impl<M: Model> Recorder<'_, M> {
 
     /// Whether the Gauss-Newton curvature is known to be positive semidefinite.
     pub fn is_convex(&self, last: bool) -> bool {
-        let curved = |weights: &Weights| matches!(weights, Weights::Equal(_)) && !weights.are_zero();
+        let curved = |weights: &Weights| !matches!(weights, Weights::Matrix(_)) && !weights.are_zero();
         let convex = |cost: &Cost| cost.norm.is_convex() || !curved(cost.weights(last));
         self.model.own_cost(last).is_none_or(|cost| cost.convex) && self.costs.iter().all(convex)
     }

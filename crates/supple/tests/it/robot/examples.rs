@@ -162,7 +162,9 @@ pub fn of_substeps() -> Vec<Description> {
     let accelerations = cost("joint_acceleration", "select = [\"elbow\"]\ntarget = 0.5\nweight = 0.002");
     let [one, other] = [contact().explicit(), of_numbers().remove(1)]
         .map(|task| Description { costs: task.costs.clone() + &accelerations, ..task });
-    [spring(), elastic_joint(), contact(), of_numbers().remove(2), of_numbers().remove(4), one, other]
+    let last_step = sensor("joint_acceleration", "variance = 2.0") + &sensor("power", "variance = 0.1");
+    let recalling = spring().sensing(&last_step);
+    [spring(), elastic_joint(), contact(), of_numbers().remove(2), of_numbers().remove(4), one, other, recalling]
         .map(|mut description| {
             description.model.insert_str(0, "substeps = 3\n");
             description
@@ -199,6 +201,11 @@ pub fn of_costs() -> Vec<Description> {
             &format!("frame = \"tool\"\nreference = [0.0, 0.5, 0.1]\ntarget = [0.0, \"t\", 0.1]\n{all}"),
         ),
         cost("frame_velocity", &format!("frame = \"tool\"\nselect = [\"vx\", \"wy\"]\ntarget = [\"t\", 0.0]\n{all}")),
+        cost(
+            "joint_velocity",
+            "target = [0.1, \"t\", 0.0]\nweight = [\"a\", 0.0, 0.3]\nfinal_weight = [0.2, \"b\", 0.0]\n\
+             norm = { absolute = { smoothing = \"s\" } }",
+        ),
         cost("clearance", &format!("contact = \"wall\"\ntarget = \"t\"\n{all}")),
         cost("center_of_mass", &format!("axes = [\"x\", \"z\"]\ntarget = [\"t\", 0.5]\n{all}")),
         cost(

@@ -25,6 +25,7 @@ mod starts;
 mod substeps;
 mod torque_limits;
 mod touching;
+mod weights;
 
 use crate::common::reference;
 
