@@ -154,7 +154,8 @@ fn run(task: &LoadedTask, starts: usize, live: &Live, stop: &AtomicBool) -> Resu
     let mut settings = task.problem.design.clone();
     settings.starts = starts.max(1);
     task.problem.check_design(&task.phi).map_err(|error| error.to_string())?;
-    let searcher = Searcher::new(&task.problem, &settings, Aim::default(), Control { observer: live, stop: Stop::when(stop) });
+    let searcher =
+        Searcher::new(&task.problem, &settings, Aim::default(), Control { observer: live, stop: Stop::when(stop) });
     let found = searcher.search(&task.phi).and_then(|found| searcher.choose(found)).map_err(|e| e.to_string())?;
     Ok(live.found(task, found.found(), found.status))
 }

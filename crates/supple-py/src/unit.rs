@@ -80,9 +80,8 @@ impl Units {
         // Units on one machine must not compete for its cores.
         let alone = ThreadPoolBuilder::new().num_threads(1).build();
         let alone = alone.map_err(|error| errors::usage(py, &format!("a thread cannot be made: {error}")))?;
-        let work = |stop: Stop| {
-            units.into_iter().map(|unit| self.study.work(task, unit, stop)).collect::<Result<Vec<_>, _>>()
-        };
+        let work =
+            |stop: Stop| units.into_iter().map(|unit| self.study.work(task, unit, stop)).collect::<Result<Vec<_>, _>>();
         let done = long(py, None, failures, |watch| alone.install(|| work(watch.stop)))?;
         let found = done.map_err(|error| errors::of_study(py, &error))?;
         Ok(found.iter().map(|bytes| PyBytes::new(py, bytes)).collect())

@@ -1,7 +1,6 @@
 //! How things ended, in words.
 
 use supple::design::{DesignStatus, GradientKind, Method};
-use supple::plan::PlanStatus;
 use supple_study::robustness::PlannedFor;
 
 /// How a search ended, as the end of a sentence that begins with it.

@@ -4,8 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
-use supple::Stop;
 use supple::EvaluateOptions;
+use supple::Stop;
 use supple_study::robustness::{DesignChoice, PlannedFor, RobustnessOptions, run};
 use supple_study::sweep::Axis;
 use supple_study::{LoadedTask, Silent, Watch};

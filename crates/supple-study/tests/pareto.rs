@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use supple::Stop;
 use supple::EvaluateOptions;
+use supple::Stop;
 use supple::design::{Control, DesignStatus, design};
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint, run};
 use supple_study::{LoadedTask, Silent, StudyError, Watch};

@@ -1,4 +1,3 @@
-
 use rayon::prelude::*;
 use supple::Stop;
 use supple::design::{Attempts, Control, Design, DesignStatus, plan_at};

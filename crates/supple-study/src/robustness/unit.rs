@@ -1,12 +1,12 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use supple::Stop;
 use super::cell::{Costs, Place, cells};
 use super::plan::{Optimum, Planned, plan_one};
 use super::{DesignChoice, RobustDesign, Robustness, RobustnessOptions, assemble, check};
 use crate::design::{Found, check_designable};
 use crate::{LoadedTask, StudyError};
+use supple::Stop;
 
 /// Does parts of a study of robustness, one after the other: designs, and the cells of them. The plans of designs that
 /// it made are kept.

@@ -1,4 +1,3 @@
-
 use supple::Stop;
 use supple::aims::weighted_information;
 use supple::design::{Control, InformationWeights, best_plan, design};

@@ -2,12 +2,11 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use supple::Stop;
 use supple::Problem;
+use supple::Stop;
 
 use super::*;
 use crate::{Cell, Progress, Silent};
-
 
 /// Nobody looks, and nobody stops.
 pub const RUNNING: Watch = Watch { progress: &Silent, stop: Stop::never() };

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
-use supple::Stop;
 use serde::{Deserialize, Serialize};
+use supple::Stop;
 
 use super::SweepOptions;
 use super::done::{Done, Started};

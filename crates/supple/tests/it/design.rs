@@ -5,8 +5,8 @@ use crate::common;
 use std::sync::atomic::AtomicBool;
 
 use crate::common::shipped;
-use supple::Stop;
 use supple::Problem;
+use supple::Stop;
 use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary, design};
 
 fn search(problem: &Problem, settings: &DesignSettings) -> Design {

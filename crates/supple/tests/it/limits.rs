@@ -1,6 +1,5 @@
 //! Plans keep the limits that tasks ask them to keep, and designs move along them.
 
-
 use crate::common::{shipped, shipped_with};
 use nalgebra::{DMatrix, DVector};
 use supple::check::check;

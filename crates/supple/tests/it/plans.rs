@@ -1,6 +1,5 @@
 //! Belief-space plans: what they minimise, what they cost and what they look like.
 
-
 use crate::common::{repository, shipped};
 use supple::Linearise;
 use supple::check::check;

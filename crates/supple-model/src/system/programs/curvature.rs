@@ -77,7 +77,9 @@ impl<M: Model> Recorder<'_, M> {
                     }
                 }
                 Weights::Each(weights) => {
-                    for (i, (weight, &r)) in weights.iter().zip(&r).enumerate().filter(|(_, (weight, _))| !weight.is_zero()) {
+                    for (i, (weight, &r)) in
+                        weights.iter().zip(&r).enumerate().filter(|(_, (weight, _))| !weight.is_zero())
+                    {
                         add(i, i, weight.resolve::<Node>(&trace.phi) * cost.norm.curvature(r, &trace.phi));
                     }
                 }

@@ -21,12 +21,12 @@ fn a_weight_for_each_entry_is_a_cost_of_each_entry() {
 #[test]
 fn weights_that_do_not_fit_are_refused() {
     for (keys, said) in [
-        ("weight = [1.0, 2.0]", "tasks[0].costs[0].weight: must be one number, or 3 of them, one for each entry; found 2"),
-        ("weight = [1.0, -2.0, 0.0]", "tasks[0].costs[0].weight: must be at least 0; found -2"),
         (
-            "weight = 1.0\nfinal_weight = [1.0]\nnorm = { absolute = { smoothing = 0.0 } }",
-            "tasks[0].costs[0].norm",
+            "weight = [1.0, 2.0]",
+            "tasks[0].costs[0].weight: must be one number, or 3 of them, one for each entry; found 2",
         ),
+        ("weight = [1.0, -2.0, 0.0]", "tasks[0].costs[0].weight: must be at least 0; found -2"),
+        ("weight = 1.0\nfinal_weight = [1.0]\nnorm = { absolute = { smoothing = 0.0 } }", "tasks[0].costs[0].norm"),
         (
             "weight = 1.0\nfinal_weight = [\"a / 0\", 1.0, 1.0]",
             "tasks[0].costs[0].final_weight[0]: must be finite; at the initial values of the parameters `a / 0` is inf",
