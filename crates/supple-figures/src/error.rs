@@ -1,6 +1,13 @@
 use supple_study::StudyError;
 
 /// Why a figure could not be drawn.
+///
+/// ```
+/// use supple_figures::{Kind, draw};
+///
+/// let error = draw(Kind::Pareto, &[], None).unwrap_err();
+/// assert_eq!(error.to_string(), "the figure `pareto` requires a folder of `supple pareto`; given: nothing");
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {

@@ -1,9 +1,38 @@
 //! The contents of a figure as plain data, independent of points, fonts and files.
+//!
+//! # A custom figure
+//!
+//! ```
+//! use supple_figures::figure::{Axis, Colour, Dash, Figure, Grid, Marker, Panel, Scale, Series, Shape, Style};
+//! use supple_figures::{Format, Width, render};
+//!
+//! let (x, y) = (vec![0.0, 1.0, 2.0], vec![0.0, 1.0, 0.5]);
+//! let across = Axis::over("time", "s", Scale::Linear, [0.0, 2.0]);
+//! let up = Axis::around("force", "N", Scale::Linear, &y);
+//! let style = Style { dash: Dash::Dashed, ..Style::line(Colour::Blue) }.marked(Marker::Circle);
+//! let series = vec![Series::named("plan", style, Shape::Line { x, y })];
+//! let panel = Panel { title: String::new(), x: across, y: up, series };
+//! let grid = Grid { columns: 1, aspect: 0.5 };
+//! let figure = Figure {
+//!     name: "force".into(),
+//!     title: "Force over time".into(),
+//!     panels: vec![panel],
+//!     column: grid,
+//!     page: grid,
+//!     shared_x: true,
+//!     shared_y: true,
+//! };
+//! assert_eq!(figure.entries(), ["plan"]);
+//! assert!(render(&figure, Format::Pdf, Width::Column)?.starts_with(b"%PDF-"));
+//! # Ok::<(), supple_figures::FigureError>(())
+//! ```
 
 use serde::Serialize;
 pub use supple::parameters::Scale;
 
 /// A figure: panels in rows.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
     /// Its name, also that of its file.
@@ -36,6 +65,8 @@ impl Figure {
 }
 
 /// How panels are laid out.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Grid {
     /// Panels side by side.
@@ -45,6 +76,8 @@ pub struct Grid {
 }
 
 /// A pair of axes with what is drawn in them.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Panel {
     /// What it shows; may be empty.
@@ -58,6 +91,8 @@ pub struct Panel {
 }
 
 /// An axis.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
     /// What it measures; may be empty.
@@ -71,6 +106,8 @@ pub struct Axis {
 }
 
 /// Something drawn in a panel.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Series {
     /// Its name in the legend, where series of the same name are one entry; none for no entry.
@@ -82,6 +119,8 @@ pub struct Series {
 }
 
 /// What is drawn. Gaps are where a number is not finite.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
@@ -160,6 +199,18 @@ pub enum Shape {
 }
 
 /// A quantity on a grid.
+///
+/// ```
+/// use supple_figures::figure::{Map, Shape, Values};
+///
+/// // The product of both coordinates.
+/// let (x, y) = (vec![0.0, 1.0], vec![0.0, 1.0, 2.0]);
+/// let rows: Vec<Vec<f64>> = y.iter().map(|y| x.iter().map(|x| x * y).collect()).collect();
+/// let grid = Values { x, y, rows };
+/// assert_eq!(grid.rows[2], [0.0, 2.0]);
+/// let field = Shape::Field { grid, levels: vec![0.0, 1.0, 2.0], map: Map::Viridis };
+/// assert!(matches!(field, Shape::Field { .. }));
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Values {
     /// Abscissae, rising.
@@ -171,6 +222,8 @@ pub struct Values {
 }
 
 /// A sequence of colours of rising lightness.
+///
+/// Example: [`Values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Map {
@@ -181,6 +234,8 @@ pub enum Map {
 }
 
 /// How something looks.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Style {
     /// Its colour.
@@ -234,6 +289,8 @@ impl Style {
 }
 
 /// Colours that colour-blind readers can distinguish, by Okabe and Ito.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Colour {
@@ -275,6 +332,8 @@ impl Colour {
 }
 
 /// How a line is broken.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Dash {
@@ -293,6 +352,8 @@ impl Dash {
 }
 
 /// A mark at a point.
+///
+/// Example: the [module](crate::figure).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Marker {

@@ -20,6 +20,8 @@ const POINTS: f64 = 72.0 / 25.4;
 const PIXELS: f64 = 600.0 / 25.4;
 
 /// The format of a file.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
@@ -43,6 +45,8 @@ impl Format {
 }
 
 /// The width of a figure.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
     /// One column of a paper of two, 88 mm.
@@ -65,6 +69,8 @@ impl Width {
 ///
 /// # Errors
 /// Where it cannot be made, as where it is too large for its format.
+///
+/// Example: the [front page](crate).
 pub fn render(figure: &Figure, format: Format, width: Width) -> Result<Vec<u8>, FigureError> {
     let failed =
         |message: String| FigureError::Render { figure: figure.name.clone(), format: format.extension(), message };

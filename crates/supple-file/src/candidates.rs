@@ -18,6 +18,8 @@ use supple_text::{FileError, digits, nearest, quoted, read_text};
 use crate::csv_table::{CsvRow, CsvTable};
 
 /// Which sensors of a catalogue to include when reading a problem.
+///
+/// Example: [`load_with`](crate::load_with).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WithSensors {
     /// Those that the file says are chosen: what a robot has.

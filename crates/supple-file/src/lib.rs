@@ -95,6 +95,8 @@ struct Top {
 }
 
 /// How a task file is read.
+///
+/// Example: [`load_with`].
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
     /// The kinds that it may name; default: those of the library.
@@ -119,6 +121,13 @@ impl From<WithSensors> for ReadOptions {
 ///
 /// # Errors
 /// Where the file cannot be read, or anything in it is wrong.
+///
+/// ```
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+/// let problem = supple_file::load(file)?;
+/// assert_eq!(problem.parameters.names()[0], "k1");
+/// # Ok::<(), supple_file::FileError>(())
+/// ```
 pub fn load(path: impl AsRef<Path>) -> Result<Problem, FileError> {
     load_with(path, ReadOptions::default())
 }
@@ -127,6 +136,17 @@ pub fn load(path: impl AsRef<Path>) -> Result<Problem, FileError> {
 ///
 /// # Errors
 /// Where the file cannot be read, or anything in it is wrong.
+///
+/// ```
+/// use supple_file::WithSensors;
+///
+/// // A task with a catalogue of sensors, with all of them; `load` takes those that the file says are chosen.
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/wiping_arm_sensors.toml");
+/// let problem = supple_file::load_with(file, WithSensors::All)?;
+/// let sensors = problem.catalogue.ok_or("the file has a catalogue")?;
+/// assert!(sensors.iter().all(|sensor| !sensor.rows.is_empty()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn load_with(path: impl AsRef<Path>, options: impl Into<ReadOptions>) -> Result<Problem, FileError> {
     let path = path.as_ref();
     parse_with(&read_text(path)?, &path.display().to_string(), options)
@@ -136,6 +156,8 @@ pub fn load_with(path: impl AsRef<Path>, options: impl Into<ReadOptions>) -> Res
 ///
 /// # Errors
 /// Where anything in it is wrong.
+///
+/// Example: the [front page](crate).
 pub fn parse(source: &str, name: &str) -> Result<Problem, FileError> {
     parse_with(source, name, ReadOptions::default())
 }
@@ -144,6 +166,48 @@ pub fn parse(source: &str, name: &str) -> Result<Problem, FileError> {
 ///
 /// # Errors
 /// Where anything in it is wrong.
+///
+/// ```
+/// use supple_model::Scalar;
+/// use supple_model::cost::{NoKeys, NormFile, NormKind};
+/// use supple_model::model::Kinds;
+///
+/// /// `cosh(r) - 1`
+/// #[derive(Debug)]
+/// struct Cosh;
+///
+/// impl NormKind for Cosh {
+///     const NAME: &'static str = "cosh";
+///     fn value<S: Scalar>(&self, r: S, _: &[S]) -> S {
+///         (r.exp() + (-r).exp()) * 0.5 - 1.0
+///     }
+/// }
+///
+/// impl NormFile for Cosh {
+///     type File = NoKeys;
+///     fn build(_: NoKeys) -> Self {
+///         Self
+///     }
+/// }
+///
+/// let task = r#"
+///     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+///     [[tasks]]
+///     name = "hold"
+///     steps = 20
+///     time_step = 0.1
+///     initial_state = [1.0]
+///     noise = { initial = [1e-2], process = [1e-3], measurement = [1e-3] }
+///     costs = [
+///         { kind = "state", select = ["x1"], norm = "cosh", weight = 1.0 },
+///         { kind = "control", weight = 1.0 },
+///     ]
+/// "#;
+/// assert!(supple_file::parse(task, "hold.toml").is_err(), "the library has no such norm");
+/// let problem = supple_file::parse_with(task, "hold.toml", Kinds::default().with_norm::<Cosh>())?;
+/// assert_eq!(problem.tasks[0].name, "hold");
+/// # Ok::<(), supple_file::FileError>(())
+/// ```
 pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> Result<Problem, FileError> {
     let ReadOptions { kinds, sensors } = options.into();
     let document = parse_document(source, name)?;
@@ -186,6 +250,16 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
 ///
 /// # Errors
 /// Where the file is wrong, or its model is of another kind.
+///
+/// ```
+/// use supple_file::{read_text, robot_of};
+///
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/wiping_arm.toml");
+/// let robot = robot_of(&read_text(file)?, file)?;
+/// let wrist = robot.joint("wrist").map(|joint| &robot.joints[joint]);
+/// assert!(wrist.is_some_and(|wrist| wrist.stiffness > 0.0), "the task has a spring beside it");
+/// # Ok::<(), supple_file::FileError>(())
+/// ```
 pub fn robot_of(source: &str, name: &str) -> Result<supple_robot::Robot, FileError> {
     let document = parse_document(source, name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));

@@ -11,12 +11,25 @@ use crate::parameters::ParameterFile;
 use crate::tasks::TaskFile;
 
 /// The JSON schema of task files that name the kinds of the library.
+///
+/// ```
+/// let schema = supple_file::json_schema();
+/// assert_eq!(schema["title"], "supple task file");
+/// assert_eq!(schema["required"][0], "model");
+/// ```
 #[must_use]
 pub fn json_schema() -> Json {
     json_schema_of(&Kinds::default())
 }
 
 /// The JSON schema of task files that name these kinds.
+///
+/// ```
+/// use supple_file::{json_schema, json_schema_of};
+/// use supple_model::model::Kinds;
+///
+/// assert_eq!(json_schema_of(&Kinds::default()), json_schema());
+/// ```
 #[must_use]
 pub fn json_schema_of(kinds: &Kinds) -> Json {
     let mut generator = SchemaGenerator::default();

@@ -11,6 +11,13 @@ use toml::de::{DeTable, DeValue};
 ///
 /// # Errors
 /// Where it is not TOML.
+///
+/// ```
+/// let document = supple_file::parse_document("steps = 20", "note.toml")?;
+/// assert_eq!(document.read::<usize>(&["steps".into()])?, 20);
+/// assert!(document.read::<f64>(&["time".into()]).is_err());
+/// # Ok::<(), supple_file::FileError>(())
+/// ```
 pub fn parse_document<'a>(text: &'a str, name: &'a str) -> Result<Document<'a>, FileError> {
     match DeTable::parse(text) {
         Ok(root) => Ok(Document::new(name, text, table(root.into_inner()))),

@@ -4,6 +4,8 @@ use supple_kernels::Matrices;
 
 /// A matrix whose entries can be read: nested arrays and, with the features of the same names, matrices of `nalgebra`,
 /// `ndarray` and `faer`.
+///
+/// Example: [`constant`].
 pub trait Entries {
     /// Rows and columns.
     fn shape(&self) -> (usize, usize);

@@ -1,4 +1,13 @@
 /// Why something could not be computed.
+///
+/// ```
+/// use supple_lqg::Knots;
+///
+/// // C has two columns for one state.
+/// let found = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0, 0.0]]), (&[[2.0]], &[[0.1]]));
+/// let message = found.err().map(|error| error.to_string());
+/// assert_eq!(message.as_deref(), Some("a row of C has length 2, not 1"));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

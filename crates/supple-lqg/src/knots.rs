@@ -6,6 +6,11 @@ use crate::Error;
 use crate::arrays::Entries;
 
 /// Lengths of a model's vectors.
+///
+/// ```
+/// let lengths = supple_lqg::Dimensions { states: 4, controls: 2, measurements: 3 };
+/// assert_eq!(lengths.joint(), 6);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimensions {
     /// Length of the state `x`.
@@ -27,6 +32,8 @@ impl Dimensions {
 ///
 /// Knot `t` has `[A B] = [f_x f_u]`, `C = g_x` and `[l_zz | l_z]` with `z = (x, u)`; the last knot has no dynamics
 /// and no control.
+///
+/// Example: [`Knots::linear`].
 #[derive(Clone, Debug)]
 pub struct Knots {
     /// Lengths of state, control and measurement.
@@ -128,6 +135,8 @@ impl Knots {
 }
 
 /// Adjoints with respect to the entries of the knots, at every point.
+///
+/// Example: [`reverse_kalman`](crate::reverse_kalman).
 #[derive(Clone, Debug)]
 pub struct KnotAdjoints {
     /// With respect to `[A B]`, n x (n + m), stages.

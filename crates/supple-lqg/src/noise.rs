@@ -3,6 +3,8 @@
 use supple_kernels::Matrices;
 
 /// Noise: covariance matrices of each step, or constant ones that hold at every step.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug)]
 pub struct Noise {
     /// `X_0`, n x n.

@@ -10,6 +10,8 @@ use crate::riccati::Policy;
 
 /// Derivatives of a scalar with respect to quantities computed along a plan, each with all others held fixed: input of the
 /// reverse sweeps (theory, equation G.9). Derivatives with respect to symmetric matrices are symmetric.
+///
+/// Example: [`add_control_partials`](crate::add_control_partials).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Partials {
     /// With respect to `A_t`, n x n, N of them.

@@ -8,6 +8,8 @@ use crate::knots::Knots;
 /// recursion for the precision's derivative is stable where it is below 1.
 ///
 /// `None` where a predicted covariance is singular, so that N does not exist.
+///
+/// Example: [`entropy_form`](crate::entropy_form).
 #[must_use]
 pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
     let n = knots.dimensions.states;
@@ -26,6 +28,13 @@ pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
 /// The largest modulus of the eigenvalues, by Gelfand's formula `lim |M^k|^(1/k)` with k = 2^40.
 ///
 /// Always forty products: eigenvalue iterations may not converge if some eigenvalues are equal.
+///
+/// ```
+/// use nalgebra::DMatrix;
+///
+/// let turn = DMatrix::from_row_slice(2, 2, &[0.0, -3.0, 3.0, 0.0]);
+/// assert!((supple_lqg::spectral_radius(turn) - 3.0).abs() < 1e-9);
+/// ```
 #[must_use]
 pub fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
     let (mut logarithm, mut share) = (0.0, 1.0);

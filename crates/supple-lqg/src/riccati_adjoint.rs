@@ -12,6 +12,8 @@ use crate::shape::{Shape, by_length};
 use crate::transport::{Mover, Transport};
 
 /// Weights of the parts of the expected cost that depend on the Riccati recursion.
+///
+/// Example: [`reverse_riccati`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RiccatiSeeds<'a> {
     /// Of `1/2 sum Tr(Xi_t Sigma_t)`, through `Xi`.
@@ -25,6 +27,8 @@ pub struct RiccatiSeeds<'a> {
 }
 
 /// Memory of the sweep.
+///
+/// Example: [`reverse_riccati`].
 #[derive(Clone, Debug)]
 pub struct RiccatiAdjoint {
     /// `Sb`.
@@ -63,6 +67,24 @@ impl RiccatiAdjoint {
 /// ```text
 /// Qb = [I; K] (Sb - Xb) [I K'] + blkdiag(Xb, 0)      l_zz,b = Qb
 /// Fb += 2 S_{t+1} F Qb                               Sb_{t+1} = F Qb F' + process/2 W
+/// ```
+///
+/// ```
+/// use supple_lqg::{Belief, KnotAdjoints, Knots, Noise, Policy, Regularisation, RiccatiAdjoint, RiccatiSeeds};
+/// use supple_lqg::{constant, reverse_riccati, solve_riccati};
+///
+/// // Nothing carries over or can be controlled, x+ = w: S_t = Q, and the cost of the noise is W Q / 2 per step.
+/// let knots = Knots::linear(10, (&[[0.0]], &[[0.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let mut policy = Policy::zeros(knots.dimensions, 10);
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
+///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// let one = constant(&[[1.0]]);
+/// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+/// let seeds = RiccatiSeeds { process: 1.0, ..RiccatiSeeds::default() };
+/// let (mut work, mut adjoints) = (RiccatiAdjoint::new(1, 2), KnotAdjoints::zeros(knots.dimensions, 10));
+/// reverse_riccati(&knots, &policy, &Belief::zeros(1, 1, 10), &noise, seeds, &mut work, &mut adjoints);
+/// assert!((adjoints.cost.get(5, 0, 0) - 0.5).abs() < 1e-12, "the derivative with respect to Q at step 5: W / 2");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn reverse_riccati(
     knots: &Knots,

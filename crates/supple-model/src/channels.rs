@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 use supple_lqg::Dimensions;
 
 /// One entry of a model's state, control or measurement vector, as shown to people.
+///
+/// Example: [`Measurable`](crate::quantity::Measurable).
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Channel {
@@ -26,6 +28,14 @@ impl Channel {
 }
 
 /// Names and units of the entries of a model's vectors.
+///
+/// ```
+/// use supple_model::{Channels, Dimensions};
+///
+/// let size = Dimensions { states: 2, controls: 1, measurements: 1 };
+/// let channels = Channels::plain(vec!["angle".to_owned(), "rate".to_owned()], size);
+/// assert_eq!((channels.states[1].name.as_str(), channels.controls[0].name.as_str()), ("rate", "u1"));
+/// ```
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Channels {
@@ -50,6 +60,14 @@ impl Channels {
 }
 
 /// A drive of a joint, commanded by one control.
+///
+/// ```
+/// use supple_model::{Channel, Drive};
+///
+/// // Torques between -80 and 80 N m.
+/// let elbow = Drive { channel: Channel::new("elbow", "N m"), effort: [-80.0, 80.0] };
+/// assert!(elbow.effort.iter().all(|end| end.is_finite()));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Its name, and the unit of the torque or force that it exerts.
@@ -60,6 +78,8 @@ pub struct Drive {
 }
 
 /// Bounds of the real robot on a state or control.
+///
+/// Example: [`limits_violated`](crate::limits_violated).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
     /// Description for messages: ``velocity of joint `elbow` ``.
@@ -73,6 +93,8 @@ pub struct Limit {
 }
 
 /// A state or a control.
+///
+/// Example: [`limits_violated`](crate::limits_violated).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limited {
     /// The state with this index.

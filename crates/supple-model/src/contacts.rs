@@ -6,6 +6,8 @@ use crate::lenient::or_nan;
 use crate::trajectory::time_of;
 
 /// A contact of a model.
+///
+/// Example: [`ContactReport`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contact {
     /// Its name.
@@ -15,6 +17,8 @@ pub struct Contact {
 }
 
 /// A contact at one state. It does not depend on controls.
+///
+/// Example: [`ContactReport`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactState {
     /// Normal force, N; positive if it pushes.
@@ -30,6 +34,8 @@ pub struct ContactState {
 }
 
 /// A contact touches above this fraction of `stiffness smoothing`, the force at a depth of one smoothing length.
+///
+/// Example: the contact in [`ContactReport`] touches, as its force exceeds this fraction.
 pub const NEGLIGIBLE_FORCE: f64 = 1e-6;
 
 impl ContactState {
@@ -50,6 +56,23 @@ impl ContactState {
 }
 
 /// A contact force that a cost requests with a non-zero target.
+///
+/// ```
+/// use supple_model::TwoMass;
+/// use supple_model::cost::Cost;
+/// use supple_model::quantity::ContactForce;
+/// use supple_model::system::{Authored, System};
+///
+/// let model = TwoMass {
+///     mass: [0.8.into(), 0.4.into()],
+///     damping: [60.0.into(), 35.0.into()],
+///     stiffness: [300.0.into(), 200.0.into()],
+///     contact_smoothing: 0.0.into(),
+/// };
+/// let costs = vec![Cost::new(ContactForce::new(0), 0.05).with_targets([10.0])];
+/// let wanted = Authored::new(model, costs, 0.02, 0).wanted_forces(&[]);
+/// assert_eq!((wanted[0].kind, wanted[0].contact, wanted[0].target), ("contact_force", 0, 10.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WantedForce {
     /// Index of the cost among those of the task, from 0.
@@ -63,6 +86,25 @@ pub struct WantedForce {
 }
 
 /// A contact along the nominal trajectory, states 0 to N.
+///
+/// ```
+/// use supple_model::{ContactReport, Model, Point, TwoMass};
+///
+/// let model = TwoMass {
+///     mass: [0.8.into(), 0.4.into()],
+///     damping: [60.0.into(), 35.0.into()],
+///     stiffness: [300.0.into(), 200.0.into()],
+///     contact_smoothing: 0.0.into(),
+/// };
+/// // The wall is at 0.75 m; the second mass is 0.05 m in front of it, and then 0.02 m inside.
+/// let states = [0.70, 0.77].map(|x2| {
+///     let at = Point { x: &[0.0, 0.0, x2, 0.0, 0.75], u: &[0.0], phi: &[], time_step: 0.02, w: &[] };
+///     model.contact_states(&at)[0]
+/// });
+/// let report = ContactReport::of(model.contacts()[0].name.clone(), &states, 0.02);
+/// assert_eq!((report.name.as_str(), report.touches, report.first_s), ("wall", true, Some(0.02)));
+/// assert!((report.peak_force - 4.0).abs() < 1e-9, "200 N/m times 0.02 m");
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactReport {
     /// Its name.

@@ -1,4 +1,28 @@
 //! Quantities that are recorded along plans, in addition to those in costs: limits, and curves that a task requests.
+//!
+//! # An enforced limit
+//!
+//! ```
+//! use supple_model::TwoMass;
+//! use supple_model::cost::Cost;
+//! use supple_model::followed::{Ends, Followed, numbers, shows};
+//! use supple_model::quantity::{Penetration, State, Vocabulary};
+//!
+//! let model = TwoMass {
+//!     mass: [0.8.into(), 0.4.into()],
+//!     damping: [60.0.into(), 35.0.into()],
+//!     stiffness: [300.0.into(), 200.0.into()],
+//!     contact_smoothing: 0.0.into(),
+//! };
+//! // The depth of its contact, signal 1, must not exceed 0.03 m.
+//! let followed = [Followed::limit(Penetration::new(1), f64::NEG_INFINITY, 0.03).enforced()];
+//! let ends = Ends::of(&followed).ok_or("no limit is enforced")?;
+//! assert_eq!((ends.list.len(), ends.list[0].upper), (1, true));
+//! let recorded = numbers(&[], &followed, &Vocabulary::of(&model), &[]);
+//! assert_eq!((recorded[0].of.as_str(), recorded[0].limits[1]), ("limit 1", 0.03));
+//! assert!(!shows(&Cost::new(State::new([0]), 1.0)), "states are shown in any case");
+//! # Ok::<(), &'static str>(())
+//! ```
 
 use crate::Value;
 use crate::channels::Channel;
@@ -6,6 +30,8 @@ use crate::cost::Cost;
 use crate::quantity::{DriveEffort, Quantity, Unfit, Vocabulary};
 
 /// A quantity that is recorded along plans.
+///
+/// Example: the [module](crate::followed).
 #[derive(Clone, Debug)]
 pub struct Followed {
     /// The quantity.
@@ -57,6 +83,8 @@ impl Followed {
 }
 
 /// One side of an enforced limit: the upper or lower bound of one number.
+///
+/// Example: the [module](crate::followed).
 #[derive(Clone, Debug)]
 pub struct LimitEnd {
     /// Index of the enforced limit that it belongs to.
@@ -68,6 +96,8 @@ pub struct LimitEnd {
 }
 
 /// All sides of all enforced limits.
+///
+/// Example: the [module](crate::followed).
 #[derive(Debug)]
 pub struct Ends {
     /// The enforced limits.
@@ -110,6 +140,8 @@ fn is_infinite(bound: &Value) -> bool {
 }
 
 /// A number that is recorded along a plan.
+///
+/// Example: the [module](crate::followed).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FollowedNumber {
     /// Its name and unit.
@@ -127,12 +159,16 @@ pub struct FollowedNumber {
 const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// Whether the quantity of a cost is recorded separately: states and controls are shown in any case.
+///
+/// Example: the [module](crate::followed).
 #[must_use]
 pub fn shows(cost: &Cost) -> bool {
     cost.quantity.needs_signals() || cost.quantity.needs_next()
 }
 
 /// The recorded numbers, in order: those of costs, then the others.
+///
+/// Example: the [module](crate::followed).
 #[must_use]
 pub fn numbers(costs: &[Cost], followed: &[Followed], vocabulary: &Vocabulary, phi: &[f64]) -> Vec<FollowedNumber> {
     let mut numbers = Vec::new();

@@ -6,6 +6,8 @@ use crate::trajectory::Trajectory;
 use crate::{Limit, Limited};
 
 /// A limit of a state or control that a plan violates.
+///
+/// Example: [`limits_violated`].
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct LimitViolation {
     /// Description of the limited quantity for messages: ``velocity of joint `elbow` ``.
@@ -21,9 +23,23 @@ pub struct LimitViolation {
 }
 
 /// How far outside a limit a value may be, relative to 1 plus the limit, to allow for rounding of values held at it.
+///
+/// Example: [`violations`].
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// The limits that a trajectory violates, in the order of `limits`; the upper and the lower side of one limit count as two.
+///
+/// ```
+/// use supple_model::{Dimensions, Limit, Limited, Trajectory, limits_violated};
+///
+/// // A plan of two steps whose second torque is 7.5 N m.
+/// let mut plan = Trajectory::zeros(Dimensions { states: 1, controls: 1, measurements: 1 }, 2);
+/// plan.controls.vector_mut(1)[0] = 7.5;
+/// let torque = Limit::control("torque of the motor".to_owned(), 0, -5.0, 5.0);
+/// assert_eq!(torque.of, Limited::Control(0));
+/// let found = limits_violated(&[torque], &plan);
+/// assert_eq!((found[0].step, found[0].worst, found[0].limit), (1, 7.5, 5.0));
+/// ```
 #[must_use]
 pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitViolation> {
     let of_limit = |limit: &Limit| {
@@ -38,6 +54,13 @@ pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitVi
 }
 
 /// Violations of two limits, either of which may be infinite, by numbers over time: of the upper one, then the lower one.
+///
+/// ```
+/// use supple_model::limits::{LIMIT_TOLERANCE, violations};
+///
+/// let found = violations("speed", [-1.0, 1.0], &[0.0, -1.5, 1.0 + LIMIT_TOLERANCE]);
+/// assert_eq!((found.len(), found[0].step, found[0].worst), (1, 1, -1.5));
+/// ```
 #[must_use]
 pub fn violations(name: &str, [lower, upper]: [f64; 2], values: &[f64]) -> Vec<LimitViolation> {
     let side = |(bound, sign): (f64, f64)| {

@@ -9,6 +9,38 @@ use crate::scene::Picture;
 use crate::value::Value;
 
 /// A model's own cost, in a stage or at the end: a norm of a residual.
+///
+/// ```
+/// use supple_model::system::{Authored, System};
+/// use supple_model::{Dimensions, Model, OwnCost, Point, Scalar, Scratch};
+///
+/// /// `x+ = u`, with its own stage cost `x^2` in place of costs of a task.
+/// struct Follower;
+///
+/// impl Model for Follower {
+///     fn dimensions(&self) -> Dimensions {
+///         Dimensions { states: 1, controls: 1, measurements: 1 }
+///     }
+///     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+///         next[0] = at.u[0];
+///     }
+///     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+///         y[0] = at.x[0];
+///     }
+///     fn own_cost(&self, last: bool) -> Option<OwnCost> {
+///         (!last).then_some(OwnCost { residuals: 1, convex: true })
+///     }
+///     fn own_residual<S: Scalar>(&self, at: &Point<S>, _last: bool, out: &mut [S]) {
+///         out[0] = at.x[0];
+///     }
+///     fn own_norm<S: Scalar>(&self, residual: &[S], _phi: &[S], _time_step: S, _last: bool) -> S {
+///         residual[0] * residual[0]
+///     }
+/// }
+///
+/// let system = Authored::new(Follower, Vec::new(), 0.1, 0);
+/// assert_eq!(system.stage_cost(0, &[3.0], &[0.0], &[], &mut Scratch::new()), 9.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnCost {
     /// How many entries the residual has.
@@ -19,6 +51,8 @@ pub struct OwnCost {
 }
 
 /// The point at which a model is evaluated.
+///
+/// Example: [`Model`].
 #[derive(Clone, Copy, Debug)]
 pub struct Point<'a, S> {
     /// State.
@@ -42,25 +76,54 @@ impl<S: Scalar> Point<'_, S> {
 
 /// Signals of a frame, in order: its origin, m, and its rotation matrix by rows in the world;
 /// the velocity of its origin, m/s, and its angular velocity, rad/s, in the axes of the world.
+///
+/// Example: [`frame_signals`].
 pub const FRAME_SIGNALS: [&str; 18] =
     ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz", "vx", "vy", "vz", "wx", "wy", "wz"];
 
 /// The total number of signals for this many frames.
+///
+/// ```
+/// use supple_model::{FRAME_SIGNALS, frame_signals};
+///
+/// assert_eq!((frame_signals(2), FRAME_SIGNALS[3]), (36, "xx"));
+/// ```
 #[must_use]
 pub const fn frame_signals(frames: usize) -> usize {
     frames * FRAME_SIGNALS.len()
 }
 
 /// The signals of a robot's centre of mass in the world, m.
+///
+/// ```
+/// assert_eq!(supple_model::CENTER_OF_MASS[2], "center_of_mass_z");
+/// ```
 pub const CENTER_OF_MASS: [&str; 3] = ["center_of_mass_x", "center_of_mass_y", "center_of_mass_z"];
 
 /// Prefix of the signal of a drive's mechanical power, W; the drive's name follows.
+///
+/// ```
+/// // The signal of the drive `elbow`.
+/// assert_eq!(format!("{}elbow", supple_model::POWER), "power_elbow");
+/// ```
 pub const POWER: &str = "power_";
 
 /// Prefix of the signal of the torque or force that a drive exerts on its joint, N m or N; the drive's name follows.
+///
+/// ```
+/// // The signal of the drive `elbow`.
+/// assert_eq!(format!("{}elbow", supple_model::EFFORT), "effort_elbow");
+/// ```
 pub const EFFORT: &str = "effort_";
 
 /// A sensor of a robot's file.
+///
+/// ```
+/// use supple_model::{FileSensor, Sensed};
+///
+/// let encoder = FileSensor { name: "encoder".to_owned(), measures: Sensed::JointPosition("elbow".to_owned()) };
+/// assert!(matches!(encoder.measures, Sensed::JointPosition(joint) if joint == "elbow"));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileSensor {
     /// Its name.
@@ -70,6 +133,8 @@ pub struct FileSensor {
 }
 
 /// What a sensor of a robot's file measures.
+///
+/// Example: [`FileSensor`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sensed {
@@ -287,6 +352,13 @@ pub(crate) fn solved<S: Scalar>(
 }
 
 /// Error message and advice for the name of a locked joint where a moving joint is required.
+///
+/// ```
+/// let locked = ["wrist".to_owned()];
+/// let (message, _) = supple_model::physics::locked_message("q.wrist", &locked).ok_or("it is locked")?;
+/// assert_eq!(message, "joint `wrist` is locked: it does not move");
+/// # Ok::<(), &'static str>(())
+/// ```
 #[must_use]
 pub fn locked_message(name: &str, locked: &[String]) -> Option<(String, String)> {
     let own = |prefix: &str| name.strip_prefix(prefix).filter(|rest| locked.iter().any(|other| other == rest));

@@ -3,6 +3,8 @@ use supple_kernels::Matrices;
 use supple_lqg::Dimensions;
 
 /// States at steps 0 to N and controls at steps 0 to N - 1.
+///
+/// Example: [`Sequence`](crate::system::Sequence).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     /// N + 1 vectors of length n.
@@ -40,6 +42,11 @@ impl Trajectory {
 
 /// The time of a step, s: `step` times `time_step` without spurious digits from rounding, 0.036 rather than
 /// 0.036000000000000004. A product that is not a short decimal is returned unchanged.
+///
+/// ```
+/// assert_ne!(9.0 * 0.004, 0.036);
+/// assert_eq!(supple_model::time_of(9, 0.004), 0.036);
+/// ```
 #[must_use]
 pub fn time_of(step: usize, time_step: f64) -> f64 {
     let product = step as f64 * time_step;
@@ -50,6 +57,8 @@ pub fn time_of(step: usize, time_step: f64) -> f64 {
 }
 
 /// A batch of points: `stages` pairs of state and control, and one state more where the batch has an end.
+///
+/// Example: [`Sequence`](crate::system::Sequence).
 #[derive(Clone, Copy, Debug)]
 pub struct Points<'a> {
     /// States, vectors of length n.
@@ -72,6 +81,8 @@ impl Points<'_> {
 }
 
 /// Which steps the points of a batch are at.
+///
+/// Example: [`Sequence`](crate::system::Sequence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
     /// Point i is at this step plus i: a part of a trajectory.

@@ -26,6 +26,8 @@ struct Made {
 ///
 /// # Errors
 /// Where the folders hold no result to show, or the data of plots cannot be written.
+///
+/// Example: the [front page](crate).
 pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
     let parts = parts(folders);
     if parts.is_empty() {

@@ -1,6 +1,11 @@
 use supple_study::StudyError;
 
 /// Why a page could not be made.
+///
+/// ```
+/// let error = supple_report::page(&[]).unwrap_err();
+/// assert_eq!(error.to_string(), "there is no result to report: the folders hold none");
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {

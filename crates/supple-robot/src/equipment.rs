@@ -11,6 +11,35 @@ use crate::Pose;
 /// ```
 ///
 /// with the control `u` and the numbers of its [`Law`].
+///
+/// ```
+/// use supple_robot::{Law, LoadOptions, Measured, Omitted, WallShape};
+///
+/// let text = r#"<mujoco><worldbody>
+///         <geom name="floor" type="plane" size="1 1 0.1"/>
+///         <body name="rod" pos="0 0 2">
+///             <inertial pos="0 0 -0.5" mass="2" diaginertia="0.1 0.1 0.1"/>
+///             <joint name="hinge" axis="0 1 0"/>
+///             <site name="tip" pos="0 0 -1"/>
+///         </body>
+///     </worldbody>
+///     <actuator><motor name="drive" joint="hinge" gear="50"/></actuator>
+///     <sensor><jointpos name="encoder" joint="hinge" noise="0.001"/></sensor>
+///     <keyframe><key name="aside" qpos="0.1"/></keyframe></mujoco>"#;
+/// let robot = supple_robot::parse(text, "pendulum.xml", &LoadOptions::default())?;
+/// let (drive, encoder) = (&robot.actuators[0], &robot.sensors[0]);
+/// assert_eq!((drive.joint, drive.gear, drive.law), (0, 50.0, Law::Motor { gain: 1.0 }));
+/// assert_eq!((encoder.measures, encoder.noise), (Measured::JointPosition(0), 0.001));
+/// let (key, wall, frame) = (&robot.keys[0], &robot.walls[0], &robot.frames[0]);
+/// assert_eq!((key.name.as_str(), &key.positions), ("aside", &vec![0.1]));
+/// assert_eq!((wall.name.as_str(), wall.shape), ("floor", WallShape::Plane));
+/// assert_eq!((frame.name.as_str(), frame.link), ("tip", 1));
+///
+/// // With its joint locked, the robot has neither drive nor encoder.
+/// let locked = robot.locked(&[(0, 0.1)]);
+/// assert_eq!((locked.omitted[0].name.as_str(), locked.omitted[0].why.as_str()), ("drive", Omitted::LOCKED));
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
     /// Its name, unique among actuators; the name of its joint if the file gives none.
@@ -30,6 +59,8 @@ pub struct Actuator {
 }
 
 /// The law for an actuator's force, given its control `u`, length `l` and rate `l'`.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
     /// `force = gain u`. With a gain of 1 the control is the force, N m or N.
@@ -86,6 +117,8 @@ impl Law {
 }
 
 /// A sensor of the file.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     /// Its name, unique among sensors.
@@ -99,6 +132,8 @@ pub struct Sensor {
 }
 
 /// What a sensor of the file measures.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measured {
     /// Position of the joint with this index, rad or m.
@@ -127,6 +162,8 @@ impl Measured {
 }
 
 /// An actuator or a sensor of the file that cannot be modelled.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Omitted {
     /// Which of the two it is: `actuator` or `sensor`.
@@ -145,6 +182,8 @@ impl Omitted {
 }
 
 /// A keyframe: a state of the robot with a name, and controls for it.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
     /// Its name, unique among keyframes; `keyN`, numbered from 0, if the file gives none.
@@ -161,6 +200,8 @@ pub struct Key {
 }
 
 /// A plane or a box of the environment, which does not move.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
     /// Its name, unique among walls.
@@ -174,6 +215,8 @@ pub struct Wall {
 }
 
 /// What a wall is.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WallShape {
     /// An infinite plane.

@@ -6,6 +6,8 @@ use std::collections::BinaryHeap;
 use crate::{Inertia, Joint, JointKind, Link, Measured, Pose, Robot};
 
 /// The motion of an inserted joint: a translation along an axis of its frame, or a rotation about one.
+///
+/// Example: [`Insert`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InsertedAxis {
     /// Suffix of the joint's name: with `x`, the joint of insert `NAME` is called `NAME_x`.
@@ -31,6 +33,24 @@ impl InsertedAxis {
 }
 
 /// Joints to insert, one after the other.
+///
+/// ```
+/// use supple_robot::{Insert, InsertedAxis, LoadOptions, Pose};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// // A mount that is compliant along z.
+/// let axes = vec![InsertedAxis::ALL[2]];
+/// let (pose, carries) = (Pose::IDENTITY, vec![1]);
+/// let mount = Insert { name: "mount".into(), link: 0, pose, axes, inertia: None, carries, line: 0 };
+/// let mounted = robot.with_insert(&mount);
+/// let joints: Vec<_> = mounted.joints.iter().map(|joint| joint.name.as_str()).collect();
+/// assert_eq!(joints, ["mount_z", "hinge"]);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Insert {
     /// Name of the link beyond the joints. The joints are named `NAME_x` and so on, and links between them `NAME_x_side`.

@@ -34,6 +34,8 @@ const PROGRESS: f64 = 1e-12;
 const FAR: f64 = 1.0;
 
 /// The desired pose of a frame.
+///
+/// Example: [`inverse_kinematics`].
 #[derive(Clone, Debug)]
 pub struct PoseGoal {
     /// The link that the frame is on.
@@ -47,6 +49,8 @@ pub struct PoseGoal {
 }
 
 /// What a search for a pose may change. Lists are in the order of the degrees of freedom.
+///
+/// Example: [`inverse_kinematics`].
 #[derive(Clone, Debug)]
 pub struct Reach<'a> {
     /// Initial positions, rad or m. Positions that may not move keep these values.
@@ -60,6 +64,8 @@ pub struct Reach<'a> {
 }
 
 /// Where a search for a pose ended.
+///
+/// Example: [`inverse_kinematics`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reached {
     /// Positions of the degrees of freedom, rad or m.
@@ -90,6 +96,25 @@ impl Reached {
 ///
 /// # Panics
 /// If a list does not have one entry per degree of freedom, or there is no such link.
+///
+/// ```
+/// use supple_robot::{LoadOptions, Numbers, Pose, PoseGoal, Reach, Tree, inverse_kinematics};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let (tree, numbers) = (Tree::new(&robot), Numbers::<f64>::of(&robot, [0.0, 0.0, -9.81]));
+/// // Moves the tip of the rod, 1 m from the hinge, to its position at 0.5 rad.
+/// let (sin, cos) = 0.5_f64.sin_cos();
+/// let (frame, position) = (Pose::at([0.0, 0.0, -1.0]), [-sin, 0.0, -cos]);
+/// let goal = PoseGoal { link: 1, frame, position, rotation: None };
+/// let reach = Reach { start: &[0.0], lower: &[-3.0], upper: &[3.0], free: &[true] };
+/// let reached = inverse_kinematics(&tree, &numbers, &goal, &reach);
+/// assert!(reached.is_there() && (reached.q[0] - 0.5).abs() < 1e-4);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 #[must_use]
 pub fn inverse_kinematics(tree: &Tree, numbers: &Numbers<f64>, goal: &PoseGoal, reach: &Reach) -> Reached {
     let search = Search { tree, numbers, goal, reach };

@@ -68,6 +68,15 @@ pub use tree::{Body, Motion, Tree};
 pub use write::{Written, mjcf};
 
 /// Vectors of three numbers over any scalar.
+///
+/// ```
+/// use supple_robot::vector::{add, cross, dot, scale, sub};
+///
+/// let (x, y) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// assert_eq!(cross(x, y), [0.0, 0.0, 1.0]);
+/// assert_eq!(dot(x, add(scale(2.0, x), y)), 2.0);
+/// assert_eq!(sub(x, y), [1.0, -1.0, 0.0]);
+/// ```
 pub mod vector {
     pub use crate::pose::{add, cross, dot, scale, sub};
 }

@@ -8,6 +8,8 @@ use crate::{Inertia, Joint, Link, Pose, Robot};
 /// The physical numbers of a robot over any scalar; SI units and radians throughout.
 ///
 /// They are those of the file unless a model overrides some by parameters.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Numbers<S> {
     /// By link of the robot.
@@ -19,6 +21,8 @@ pub struct Numbers<S> {
 }
 
 /// The inertia of a link; zero where it has none.
+///
+/// Example: [`check_inertia`](crate::check_inertia).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkNumbers<S> {
     /// Mass, kg.
@@ -31,6 +35,8 @@ pub struct LinkNumbers<S> {
 }
 
 /// The numbers of a joint, without its axis, which belongs to the [`Tree`](crate::Tree).
+///
+/// Example: [`passive_forces`](crate::passive_forces).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointNumbers<S> {
     /// The joint's frame in the parent link.

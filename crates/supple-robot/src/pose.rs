@@ -5,6 +5,17 @@ use supple_kernels::Scalar;
 use supple_kernels::math;
 
 /// The pose of an inner frame in an outer frame: `p_outer = rotation p_inner + position`.
+///
+/// ```
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// use supple_robot::Pose;
+///
+/// // 1 m along x, and a quarter turn about z.
+/// let pose = Pose::from_rpy([1.0, 0.0, 0.0], [0.0, 0.0, FRAC_PI_2]);
+/// assert_eq!(pose.apply([1.0, 0.0, 0.0]), [1.0, 1.0, 0.0]);
+/// assert_eq!(pose.inverse().apply([1.0, 1.0, 0.0]), [1.0, 0.0, 0.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose<S = f64> {
     /// Rotation matrix, by rows.
@@ -14,30 +25,40 @@ pub struct Pose<S = f64> {
 }
 
 /// `a x b`
+///
+/// Example: the [module](crate::vector).
 #[inline(always)]
 pub fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a' b`
+///
+/// Example: the [module](crate::vector).
 #[inline(always)]
 pub fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `a + b`
+///
+/// Example: the [module](crate::vector).
 #[inline(always)]
 pub fn add<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// `a - b`
+///
+/// Example: the [module](crate::vector).
 #[inline(always)]
 pub fn sub<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// `s a`
+///
+/// Example: the [module](crate::vector).
 #[inline(always)]
 pub fn scale<S: Scalar>(s: S, a: [S; 3]) -> [S; 3] {
     [s * a[0], s * a[1], s * a[2]]
@@ -179,6 +200,14 @@ fn clean(entry: f64) -> f64 {
 
 /// A rotation relative to a reference, in the axes of the reference: the sine of the angle along the axis, half
 /// the skew part of `R_ref' R`; both by rows. It is the rotation vector for small angles, and bounded and smooth for all.
+///
+/// ```
+/// use supple_robot::{Pose, turn};
+///
+/// let turned = Pose::from_rpy([0.0; 3], [0.0, 0.0, 0.1]);
+/// let [x, y, z] = turn(&turned.rotation, &Pose::IDENTITY.rotation);
+/// assert!(x == 0.0 && y == 0.0 && (z - 0.1_f64.sin()).abs() < 1e-12);
+/// ```
 pub fn turn<S: Scalar>(rotation: &[[S; 3]; 3], reference: &[[S; 3]; 3]) -> [S; 3] {
     let entry = |i: usize, j: usize| (0..3).fold(S::zero(), |sum, k| sum + reference[k][i] * rotation[k][j]);
     let half = |i: usize, j: usize| (entry(i, j) - entry(j, i)) * 0.5;

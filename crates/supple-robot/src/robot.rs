@@ -8,6 +8,22 @@ use crate::{Actuator, Key, Law, Omitted, Pose, Sensor, Wall};
 ///
 /// Joint `i` moves link `i + 1`: the list of links begins with the root, which is fixed in the world, and every link
 /// stands after its parent.
+///
+/// ```
+/// use supple_robot::{JointKind, LoadOptions};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let joint = &robot.joints[0];
+/// assert_eq!((joint.name.as_str(), joint.kind), ("hinge", JointKind::Continuous));
+/// assert_eq!(joint.limits.upper, f64::INFINITY, "it may turn without limits");
+/// let rod = &robot.links[1];
+/// assert_eq!(rod.inertia.map(|inertia| inertia.mass), Some(2.0));
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Robot {
     /// Its name.
@@ -39,6 +55,8 @@ pub struct Robot {
 }
 
 /// A rigid body.
+///
+/// Example: [`Robot`].
 #[derive(Clone, Debug)]
 pub struct Link {
     /// Its name, unique among links.
@@ -53,6 +71,15 @@ pub struct Link {
 }
 
 /// A visual mesh.
+///
+/// ```
+/// use supple_robot::{Mesh, Pose};
+///
+/// // The vertices are in mm, and the mesh is 0.1 m above the origin of its link. Its vertex (50, 0, 0) in the link:
+/// let mesh = Mesh { path: "hand.stl".into(), pose: Pose::at([0.0, 0.0, 0.1]), scale: [1e-3; 3] };
+/// let point = mesh.pose.apply([50.0 * mesh.scale[0], 0.0, 0.0]);
+/// assert!((point[0] - 0.05).abs() < 1e-12 && point[2] == 0.1);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Where the file is.
@@ -64,6 +91,8 @@ pub struct Mesh {
 }
 
 /// The inertia of a link.
+///
+/// Example: [`Robot`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia {
     /// Mass, kg; at least 0.
@@ -75,6 +104,8 @@ pub struct Inertia {
 }
 
 /// Kinds of motion that a joint allows.
+///
+/// Example: [`Robot`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
     /// No motion.
@@ -92,6 +123,8 @@ pub enum JointKind {
 /// ```text
 /// parent link --origin--> joint frame --motion(position - reference)--> joint frame, moved --child_pose--> child link
 /// ```
+///
+/// Example: [`Robot`].
 #[derive(Clone, Debug)]
 pub struct Joint {
     /// Its name, unique among joints.
@@ -151,6 +184,8 @@ impl Joint {
 }
 
 /// Limits of a joint; infinite if not given.
+///
+/// Example: [`Robot`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Least position, rad or m.
@@ -170,6 +205,21 @@ impl Default for Limits {
 }
 
 /// How a joint follows another: `position = ratio * position of the other + offset`.
+///
+/// ```
+/// use supple_robot::{LoadOptions, Mimic, Tree};
+///
+/// let text = r#"<robot name="gripper"><link name="palm"/><link name="left"/><link name="right"/>
+///     <joint name="slide" type="prismatic"><parent link="palm"/><child link="left"/>
+///         <limit lower="0" upper="0.04" effort="10" velocity="1"/></joint>
+///     <joint name="other" type="prismatic"><parent link="palm"/><child link="right"/>
+///         <limit lower="-0.04" upper="0" effort="10" velocity="1"/>
+///         <mimic joint="slide" multiplier="-1"/></joint></robot>"#;
+/// let robot = supple_robot::parse(text, "gripper.urdf", &LoadOptions::default())?;
+/// assert_eq!(robot.joints[1].mimic, Some(Mimic { joint: 0, ratio: -1.0, offset: 0.0 }));
+/// assert_eq!(Tree::new(&robot).joints(), ["slide"]);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mimic {
     /// Index of the joint that is followed.
@@ -181,6 +231,8 @@ pub struct Mimic {
 }
 
 /// A named frame on a link.
+///
+/// Example: [`Actuator`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Its name.

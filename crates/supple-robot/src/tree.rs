@@ -11,6 +11,8 @@ use crate::{Joint, JointKind, Key, Robot};
 ///
 /// The coordinates are those of the joints that move and follow no other, the *degrees of freedom*, in the order of the
 /// robot's joints. A joint that follows another shares its degree of freedom.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug)]
 pub struct Tree {
     bodies: Vec<Body>,
@@ -20,6 +22,8 @@ pub struct Tree {
 }
 
 /// The motion of a body at its joint.
+///
+/// Example: [`Body`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Turns about the axis.
@@ -29,6 +33,20 @@ pub enum Motion {
 }
 
 /// A moving body and its joint.
+///
+/// ```
+/// use supple_robot::{LoadOptions, Motion, Tree};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let tree = Tree::new(&robot);
+/// let body = &tree.bodies()[0];
+/// assert_eq!((body.parent, body.joint, body.motion), (None, 0, Motion::Turn));
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Index of its parent body, which is less than its own; `None` if its parent is the world.

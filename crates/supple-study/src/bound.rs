@@ -1,4 +1,32 @@
 //! Bounds on information at a design and over a range of costs.
+//!
+//! # A curve of the minimum over the cost
+//!
+//! ```
+//! use supple_study::bound::{BoundOptions, run};
+//! use supple_study::{LoadedTask, Source, Watch};
+//! # let text = r#"
+//! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+//! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+//! #     [[tasks]]
+//! #     name = "hold"
+//! #     steps = 20
+//! #     time_step = 0.1
+//! #     initial_state = [1.0]
+//! #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+//! # "#;
+//! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+//!
+//! // The task of the front page.
+//! let task = LoadedTask::restore(&[source], &[])?;
+//! let options = BoundOptions { curve: Some(3), ..BoundOptions::default() };
+//! let study = run(&task, &options, Watch::default())?;
+//! let curve = &study.curves[0];
+//! assert_eq!((study.report.tasks.len(), curve.task.as_str(), curve.points.len()), (1, "hold", 3));
+//! assert!(curve.points[0].minimum_bits_per_step > curve.points[2].minimum_bits_per_step);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::path::Path;
 use supple::math;
@@ -11,6 +39,8 @@ use supple::bound::{BoundReport, Bounding, TaskBound};
 use crate::{Cell, Column, LoadedTask, StudyError, Table, Watch, write_text};
 
 /// What a study of bounds does.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundOptions {
     /// The task; default: all of them.
@@ -24,6 +54,8 @@ pub struct BoundOptions {
 }
 
 /// Bounds on information, and curves of the minimum over the cost.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BoundStudy {
     /// What was asked for.
@@ -37,6 +69,8 @@ pub struct BoundStudy {
 }
 
 /// The least information of a task over the cost to keep.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// The task.
@@ -46,6 +80,8 @@ pub struct Curve {
 }
 
 /// A point of a curve.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// The expected cost: over the task, or per step where it is stationary.
@@ -85,6 +121,8 @@ const MOST_POINTS: usize = 10_000;
 /// # Errors
 /// Where a plan cannot be computed, the cost is not above the least there is, a curve has fewer than 2 or more than
 /// 10,000 points, or it is stopped.
+///
+/// Example: the [module](crate::bound).
 pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<BoundStudy, StudyError> {
     let wrong = |message: String| Err(StudyError::usage(message));
     match options.curve {

@@ -8,6 +8,34 @@ use supple::{Named, Problem};
 const BEST: usize = 10;
 
 /// The entries of catalogues that were chosen.
+///
+/// ```
+/// use supple::design::DesignSettings;
+/// use supple_study::design::run;
+/// use supple_study::{LoadedTask, Source, Watch};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0], catalogue = [1e-3, 1e-2, 1e-1] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     bound = 2.0
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+///
+/// // The task of the front page with a cost limit of 2, and `catalogue = [1e-3, 1e-2, 1e-1]` for the variance.
+/// let task = LoadedTask::restore(&[source], &[])?;
+/// let settings = DesignSettings { starts: 1, ..task.problem.design.clone() };
+/// let report = run(&task, &settings, None, Watch::default())?;
+/// let catalogue = report.catalogue.as_ref().ok_or("a parameter has a catalogue")?;
+/// assert_eq!((catalogue.chosen[0].parameter.as_str(), catalogue.chosen[0].value), ("variance", 0.1));
+/// assert!(catalogue.continuous.status.meets_bounds() && catalogue.best[0].status.meets_bounds());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CatalogueReport {
     /// How they were chosen.
@@ -39,6 +67,8 @@ pub struct CatalogueReport {
 }
 
 /// An entry of a catalogue that was chosen.
+///
+/// Example: [`CatalogueReport`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChosenEntry {
     /// The parameter.
@@ -54,6 +84,8 @@ pub struct ChosenEntry {
 }
 
 /// The best design without catalogues.
+///
+/// Example: [`CatalogueReport`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ContinuousOptimum {
     /// How its search ended.
@@ -71,6 +103,8 @@ pub struct ContinuousOptimum {
 }
 
 /// A combination of entries, with the other parameters optimised.
+///
+/// Example: [`CatalogueReport`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CombinationReport {
     /// How its search ended; where nothing but catalogues is designed, whether it meets every bound.

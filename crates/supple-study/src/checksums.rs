@@ -11,6 +11,8 @@ use crate::sweep::{TABLE_CSV, TABLE_JSONL};
 use crate::write::{RESULT, write_text};
 
 /// The file with the checksums of the others.
+///
+/// Example: [`changed`].
 pub const CHECKSUMS: &str = "checksums.sha256";
 
 /// The files that a result is read from.
@@ -37,6 +39,35 @@ pub(crate) fn save(folder: &Path) -> Result<(), StudyError> {
 
 /// The files of a result that are no longer those that were saved; empty if the folder has no checksums. Whoever
 /// changes a file on purpose can change its checksum too: this detects corruption, not tampering.
+///
+/// ```
+/// use supple_study::evaluate::EvaluateOptions;
+/// use supple_study::study::Work;
+/// use supple_study::{CHECKSUMS, Folder, LoadedTask, Made, RESULT, Source, Watch, changed};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+///
+/// // The task of the front page.
+/// let task = LoadedTask::restore(&[source], &[])?;
+/// let work = Work::Evaluate(EvaluateOptions::default());
+/// let result = work.run(&task, None, Watch::default())?;
+/// let folder = tempfile::tempdir()?;
+/// Folder::save(folder.path(), &Made::of(&task, work), &result)?;
+/// assert!(folder.path().join(CHECKSUMS).exists() && changed(folder.path()).is_empty());
+/// std::fs::write(folder.path().join(RESULT), "{}")?;
+/// assert_eq!(changed(folder.path()), [RESULT]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn changed(folder: &Path) -> Vec<&'static str> {
     let Ok(text) = supple_file::read_text(folder.join(CHECKSUMS)) else { return Vec::new() };

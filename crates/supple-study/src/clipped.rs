@@ -3,6 +3,14 @@ const CLIPPED: f64 = 5.0;
 
 /// An axis range around the plans, so that they stay readable, and the most distant value of the runs; `None` if the
 /// runs do not go far beyond the plans.
+///
+/// ```
+/// use supple_study::clipped;
+///
+/// let plans = [0.1, 0.3, 0.2];
+/// assert_eq!(clipped(&plans, &[0.15, 0.4]), None);
+/// assert_eq!(clipped(&plans, &[0.15, -1e27]).map(|(_, worst)| worst), Some(-1e27), "a run diverged");
+/// ```
 #[must_use]
 pub fn clipped(plans: &[f64], runs: &[f64]) -> Option<([f64; 2], f64)> {
     let ends = |values: &[f64]| {

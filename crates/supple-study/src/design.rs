@@ -1,4 +1,39 @@
 //! Designs: the search, and the report of what it found.
+//!
+//! # A search from one start
+//!
+//! ```
+//! use supple::design::{Control, DesignSettings};
+//! use supple_study::design::{combine, run, run_start};
+//! use supple_study::{LoadedTask, Source, Watch};
+//! # let text = r#"
+//! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+//! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+//! #     [[tasks]]
+//! #     name = "hold"
+//! #     steps = 20
+//! #     time_step = 0.1
+//! #     bound = 2.0
+//! #     initial_state = [1.0]
+//! #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+//! # "#;
+//! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+//!
+//! // The task of the front page with a cost limit of 2.
+//! let task = LoadedTask::restore(&[source], &[])?;
+//! let settings = DesignSettings { starts: 1, ..task.problem.design.clone() };
+//! let report = run(&task, &settings, None, Watch::default())?;
+//! assert!(report.status.meets_bounds() && report.starts.len() == 1);
+//! assert!(report.optimum.objective.information_bits < report.start.objective.information_bits);
+//! assert_eq!(report.bound_prices[0].task, "hold");
+//!
+//! // The same by parts, which may run in different processes.
+//! let start = run_start(&task, &settings, 0, Control::default())?;
+//! let again = combine(&task, &settings, vec![start], (0.0, Control::default()))?;
+//! assert_eq!(again.optimum.parameters, report.optimum.parameters);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -23,6 +58,8 @@ use crate::watch::{Progress, Searching, Silent};
 use crate::{LoadedTask, StudyError, Watch};
 
 /// What `supple design --json` prints.
+///
+/// Example: the [module](crate::design).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DesignReport {
     /// How the search ended.
@@ -92,6 +129,8 @@ impl DesignReport {
 }
 
 /// What a task's bound is worth.
+///
+/// Example: the [module](crate::design).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TaskPrice {
     /// The task.
@@ -101,6 +140,8 @@ pub struct TaskPrice {
 }
 
 /// One start.
+///
+/// Example: the [module](crate::design).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StartReport {
     /// How it ended.
@@ -144,6 +185,8 @@ pub struct StartReport {
 /// # Errors
 /// Where there is nothing to design, or not even the first start can be evaluated; where the journal cannot be written, is
 /// damaged, or belongs to another search.
+///
+/// Example: the [module](crate::design).
 pub fn run(
     task: &LoadedTask,
     settings: &DesignSettings,
@@ -157,6 +200,8 @@ pub fn run(
 ///
 /// # Errors
 /// As [`run`].
+///
+/// Example of an observer: [`Observer`].
 pub fn run_observed(
     task: &LoadedTask,
     settings: &DesignSettings,
@@ -203,6 +248,8 @@ fn identity(task: &LoadedTask, settings: &DesignSettings) -> Result<Identity, St
 ///
 /// # Errors
 /// Where there is nothing to design, total gradients are asked for along sampled plans, or it is stopped.
+///
+/// Example: the [module](crate::design).
 pub fn run_start(
     task: &LoadedTask,
     settings: &DesignSettings,
@@ -219,6 +266,8 @@ pub fn run_start(
 ///
 /// # Errors
 /// Where a start is not of this task, or not even the first start can be evaluated.
+///
+/// Example: the [module](crate::design).
 pub fn combine(
     task: &LoadedTask,
     settings: &DesignSettings,

@@ -6,6 +6,8 @@ use supple::Evaluation;
 use crate::{LoadedTask, StudyError, Watch};
 
 /// What is computed of a design.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EvaluateOptions {
@@ -26,6 +28,8 @@ pub struct EvaluateOptions {
 }
 
 /// What `supple evaluate --out` keeps.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EvaluateReport {
     /// The design, with trajectories.
@@ -36,6 +40,8 @@ pub struct EvaluateReport {
 ///
 /// # Errors
 /// Where more is asked for than there is room for, something is not finite, a covariance is indefinite, or it was stopped.
+///
+/// Example: the [front page](crate), where [`Work::run`](crate::study::Work::run) calls it.
 pub fn run(task: &LoadedTask, options: &EvaluateOptions, watch: Watch) -> Result<EvaluateReport, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
     let &EvaluateOptions { total_gradient, frozen_gradient, needed, rollouts, branches, seed, trajectories } = options;

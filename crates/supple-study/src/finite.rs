@@ -26,6 +26,8 @@ const MAY_BE_OPEN: [&str; 11] = [
 ];
 
 /// A number that is not finite.
+///
+/// Example: [`not_finite`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotFinite {
     /// Where it is, such as `tasks.0.cost.expected`.
@@ -42,6 +44,19 @@ impl Display for NotFinite {
 
 /// All non-finite numbers of a result, except those explained by an `error` in the same record and those that are
 /// undefined.
+///
+/// ```
+/// use supple_study::not_finite;
+///
+/// #[derive(serde::Serialize)]
+/// struct Found {
+///     cost: f64,
+///     information: f64,
+/// }
+///
+/// let found = not_finite(&Found { cost: f64::NAN, information: 3.0 });
+/// assert_eq!((found.len(), found[0].place.as_str()), (1, "cost"));
+/// ```
 pub fn not_finite(result: &impl Serialize) -> Vec<NotFinite> {
     let mut walk = Walk { place: Vec::new(), found: Vec::new() };
     // The walk can only fail on map keys that are not strings, which results do not have.

@@ -19,6 +19,8 @@ const FORMAT: u32 = 2;
 const VALIDATION: &str = "validation.json";
 
 /// What made a result.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Made {
     /// Version of the layout of the folder.
@@ -58,6 +60,8 @@ impl Made {
 }
 
 /// A folder with a result.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug)]
 pub struct Folder {
     /// Where it is.

@@ -5,6 +5,8 @@ use supple::{Error, Matrices, Problem};
 use crate::StudyError;
 
 /// What a search from one start found, for another process to read.
+///
+/// Example: the [module](crate::design).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Found {
     from: Vec<f64>,

@@ -29,6 +29,20 @@ fn is_shown(file: &str) -> bool {
 }
 
 /// The lines that an error is about, with marks, for people; `None` if there are none to show.
+///
+/// ```
+/// use supple_study::picture;
+///
+/// let task = r#"
+///     [model]
+///     kind = "two_masses"
+///     [[tasks]]
+/// "#;
+/// let error = supple_file::parse(task, "press.toml").err().ok_or("there is no such kind")?;
+/// let shown = picture(&error).ok_or("lines of task files are shown")?;
+/// assert!(shown.contains(r#"kind = "two_masses""#));
+/// # Ok::<(), &'static str>(())
+/// ```
 pub fn picture(error: &FileError) -> Option<String> {
     let line = error.line.checked_sub(1)?;
     if !is_shown(&error.file) {

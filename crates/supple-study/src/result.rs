@@ -15,6 +15,12 @@ use crate::trace::Trace;
 use crate::{NotFinite, StudyError, not_finite};
 
 /// The result of a study file.
+///
+/// In the result of a study file:
+///
+/// ```json
+/// { "steps": ["landscape"], "figures": ["figures/landscape.svg"] }
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Steps {
     /// Names of its steps; each has a folder of its name.
@@ -24,6 +30,8 @@ pub struct Steps {
 }
 
 /// A result of any study.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", content = "result", rename_all = "snake_case")]
 pub enum StudyResult {

@@ -9,6 +9,8 @@ use supple_text::{exact, plain};
 use crate::StudyError;
 
 /// A column of a table.
+///
+/// Example: [`Table`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Column {
     /// Its name, such as `k1`, `information_nats`, `press.expected_cost`.
@@ -20,6 +22,8 @@ pub struct Column {
 }
 
 /// An entry of a table.
+///
+/// Example: [`Table`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Cell {
@@ -70,6 +74,16 @@ fn quoted(text: &str) -> String {
 }
 
 /// Rows under named columns.
+///
+/// ```
+/// use supple_study::{Cell, Column, Table};
+///
+/// let column = |name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), description: String::new() };
+/// let columns = vec![column("k1", "N/m"), column("error", "")];
+/// let table = Table { columns, rows: vec![vec![Cell::number(300.0), Cell::Missing]] };
+/// assert_eq!(table.numbers("k1"), Some(vec![300.0]));
+/// assert_eq!(table.to_csv().lines().next(), Some("k1,error"));
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     /// The columns.

@@ -8,9 +8,35 @@ use supple_file::read_text;
 use crate::StudyError;
 
 /// What stands for the path of a task file where a task was described in Python.
+///
+/// ```
+/// use supple_study::evaluate::EvaluateOptions;
+/// use supple_study::study::{Study, Work};
+/// use supple_study::{LoadedTask, OWN_MODEL, Source};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+///
+/// // The task of the front page.
+/// let mut task = LoadedTask::restore(&[source], &[])?;
+/// task.sources.clear();
+/// assert_eq!(Study::of(&task, Work::Evaluate(EvaluateOptions::default())).task, OWN_MODEL);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub const OWN_MODEL: &str = "own model";
 
 /// A text file that a result was made of.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {
     /// Its path, as it was given.
@@ -20,6 +46,28 @@ pub struct Source {
 }
 
 /// What a task is, for those who read its results.
+///
+/// ```
+/// use supple_study::{About, LoadedTask, Source};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+///
+/// // The task of the front page.
+/// let task = LoadedTask::restore(&[source], &[])?;
+/// let about = About::of(&task.problem);
+/// assert_eq!((about.tasks[0].name.as_str(), about.tasks[0].steps, about.tasks[0].bound), ("hold", 20, None));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Its title; may be empty.
@@ -31,6 +79,8 @@ pub struct About {
 }
 
 /// One task of a task file.
+///
+/// Example: [`About`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AboutTask {
     /// Its name.
@@ -66,6 +116,8 @@ impl About {
 }
 
 /// A task file as it was read, and the parameters to start from.
+///
+/// Example: the [front page](crate).
 #[derive(Clone)]
 pub struct LoadedTask {
     /// What there is to solve.

@@ -1,4 +1,34 @@
 //! Traces: the designs that searches visit on their way.
+//!
+//! # The path of one search
+//!
+//! ```
+//! use supple::design::{GradientKind, Method};
+//! use supple_study::trace::{TraceOptions, run};
+//! use supple_study::{LoadedTask, Source, Watch};
+//! # let text = r#"
+//! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+//! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+//! #     [[tasks]]
+//! #     name = "hold"
+//! #     steps = 20
+//! #     time_step = 0.1
+//! #     initial_state = [1.0]
+//! #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+//! # "#;
+//! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+//!
+//! // The task of the front page.
+//! let task = LoadedTask::restore(&[source], &[])?;
+//! let options =
+//!     TraceOptions { starts: 1, methods: vec![Method::Sqp], gradients: vec![GradientKind::Total], seed: 0 };
+//! let trace = run(&task, &options, None, Watch::default())?;
+//! let search = &trace.runs[0];
+//! assert!(!search.path.is_empty() && search.stepped().count() >= 1);
+//! assert!(search.end.information_nats < search.path[0].information_nats);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::fmt::Write;
 use std::path::Path;
@@ -17,6 +47,8 @@ use crate::journal::{Identity, Parts};
 use crate::{LoadedTask, StudyError, Watch};
 
 /// What a study of traces does.
+///
+/// Example: the [module](crate::trace).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TraceOptions {
     /// Starts: the initial values, then seeded random ones.
@@ -30,6 +62,8 @@ pub struct TraceOptions {
 }
 
 /// The paths of searches.
+///
+/// Example: the [module](crate::trace).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
     /// What was asked for.
@@ -42,6 +76,8 @@ pub struct Trace {
 }
 
 /// One search from one start.
+///
+/// Example: the [module](crate::trace).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TraceRun {
     /// Optimiser.
@@ -66,6 +102,8 @@ pub struct TraceRun {
 }
 
 /// A visited design.
+///
+/// Example: the [module](crate::trace).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TracePoint {
     /// All parameters.
@@ -92,6 +130,8 @@ impl TraceRun {
 /// Where there is nothing to design, a method or gradient is named twice, or not even one start can be evaluated; where it
 /// is told to stop before any search has visited a design; where the journal cannot be written, is damaged, or belongs to
 /// another study.
+///
+/// Example: the [module](crate::trace).
 pub fn run(
     task: &LoadedTask,
     options: &TraceOptions,

@@ -4,6 +4,46 @@ use supple::Stop;
 use supple::design::{Event, Observer};
 
 /// Observes the progress of long work; called from several threads.
+///
+/// ```
+/// use std::sync::atomic::{AtomicU64, Ordering};
+///
+/// use supple_study::sweep::{Axis, SweepOptions, run};
+/// use supple_study::{LoadedTask, Progress, Source, Watch};
+///
+/// #[derive(Default)]
+/// struct Count(AtomicU64);
+///
+/// impl Progress for Count {
+///     fn begin(&self, _what: &str, done: u64, _total: u64) {
+///         self.0.store(done, Ordering::Relaxed);
+///     }
+///     fn advance(&self, parts: u64) {
+///         self.0.fetch_add(parts, Ordering::Relaxed);
+///     }
+/// }
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+///
+/// // The task of the front page.
+/// let task = LoadedTask::restore(&[source], &[])?;
+/// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
+/// let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+/// let count = Count::default();
+/// run(&task, &options, None, Watch { progress: &count, ..Watch::default() })?;
+/// assert_eq!(count.0.load(Ordering::Relaxed), 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Progress: Send + Sync {
     /// Work of `total` parts began; `done` of them were done before.
     fn begin(&self, what: &str, done: u64, total: u64);
@@ -16,6 +56,8 @@ pub trait Progress: Send + Sync {
 }
 
 /// Ignores all progress.
+///
+/// Example: [`Watch::default`] uses it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
@@ -25,6 +67,8 @@ impl Progress for Silent {
 }
 
 /// How long work is watched and stopped. `Watch::default()` does neither.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
     /// Sees how far it is.

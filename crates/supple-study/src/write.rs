@@ -4,12 +4,16 @@ use std::path::Path;
 use crate::StudyError;
 
 /// The file that holds a result and all that made it.
+///
+/// Example: [`changed`](crate::changed).
 pub const RESULT: &str = "result.json";
 
 /// Checks that a file can be written to a folder before long work is done for it. Leaves nothing behind.
 ///
 /// # Errors
 /// Where it cannot be written.
+///
+/// Example: [`write_text`].
 pub fn check_writable(folder: &Path, name: &str) -> Result<(), StudyError> {
     let path = folder.join(name);
     let existing = folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
@@ -46,6 +50,17 @@ pub(crate) fn not_written(path: &Path, error: std::io::Error) -> StudyError {
 ///
 /// # Errors
 /// Where it cannot be written; what was there before is still there.
+///
+/// ```
+/// use supple_study::{check_writable, write_text};
+///
+/// let folder = tempfile::tempdir()?;
+/// check_writable(folder.path(), "note.txt")?;
+/// let path = folder.path().join("note.txt");
+/// write_text(&path, b"done")?;
+/// assert_eq!(std::fs::read(&path)?, b"done");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_text(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let written = || {

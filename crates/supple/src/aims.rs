@@ -46,6 +46,34 @@ enum Budget {
 ///
 /// # Errors
 /// If the minimum was not found, or the plan is not a strict local optimum.
+///
+/// ```
+/// use supple::aims::weighted_information;
+/// use supple::pipeline::TaskState;
+/// use supple::settings::InformationWeights;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &problem.planning, None)?;
+/// let mut gradient = Vec::new();
+/// let nats = weighted_information(task, &phi, InformationWeights::MEASURED, &mut state, &mut gradient)?;
+/// assert!((nats - state.information.total).abs() < 1e-9 && gradient[0] < 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn weighted_information(
     task: &Task,
     phi: &[f64],

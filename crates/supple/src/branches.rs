@@ -34,6 +34,8 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 ///
 /// # Errors
 /// If no start leads to a finite plan, or a covariance is indefinite.
+///
+/// Example: [`plan_at`].
 pub fn best_plan(
     problem: &Problem,
     task: &Task,
@@ -149,6 +151,8 @@ impl Candidates {
 const CHEAPER: f64 = 1e-3;
 
 /// Attempts to find other local minima of the nominal problem; none by default.
+///
+/// Example: [`plan_at`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Attempts {
     /// How many plans are tried from perturbed controls.
@@ -162,6 +166,35 @@ pub struct Attempts {
 ///
 /// # Errors
 /// Where no guess leads to a finite plan.
+///
+/// ```
+/// use supple::design::{Attempts, best_plan, plan_at};
+/// use supple::pipeline::TaskState;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// best_plan(&problem, task, &phi, None, &mut state)?;
+/// assert!(state.plan.status.is_converged());
+///
+/// // The same with four attempts to find another local minimum.
+/// let minima = plan_at(&problem, task, &phi, None, Attempts { count: 4, seed: 1 }, &mut state)?;
+/// assert!(minima.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn plan_at(
     problem: &Problem,
     task: &Task,

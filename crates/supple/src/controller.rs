@@ -26,6 +26,39 @@ use crate::problem::Task;
 ///
 /// The clip is its only nonlinearity. Roll-outs run an *extended* filter instead, which linearises at its estimates:
 /// if the system is linear and its noise does not vary with the state, both give the same controls.
+///
+/// ```
+/// use supple::Controller;
+/// use supple::pipeline::TaskState;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &problem.planning, None)?;
+/// let controller = Controller::of(task, &phi, &state.plan)?;
+///
+/// // While the measurements are those of the plan, so are the controls.
+/// let mut run = controller.start();
+/// for t in 0..controller.steps() {
+///     controller.step(&mut run, controller.expected.vector(t))?;
+///     assert!((run.controls[0] - state.plan.trajectory.controls.vector(t)[0]).abs() < 1e-6);
+/// }
+/// assert!(!controller.step(&mut run, &[0.0])?, "the plan is over");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Controller {
     /// Lengths of state, control and measurement.
@@ -55,6 +88,8 @@ pub struct Controller {
 }
 
 /// The run-time state of a controller: what it carries from one step to the next.
+///
+/// Example: [`Controller`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerRun {
     /// The step whose measurement comes next; N once the plan is over.

@@ -6,6 +6,8 @@ use supple_lqg::Noise;
 use crate::plan::Plan;
 
 /// The expected cost of a task in its four parts (theory, equation J.1).
+///
+/// Example: the [module](crate::pipeline).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct CostParts {
     /// `sum l_t(xbar, ubar) + l_N(xbar_N)`
@@ -33,6 +35,8 @@ impl CostParts {
 }
 
 /// The expected cost of a plan under a belief and its noise.
+///
+/// Example: the [module](crate::pipeline).
 #[must_use]
 pub fn cost_parts(plan: &Plan, belief: &Belief, noise: &Noise) -> CostParts {
     let steps = plan.trajectory.steps();

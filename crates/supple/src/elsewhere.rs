@@ -14,6 +14,8 @@ use crate::simulate::{
 use crate::{Error, contact_reports};
 
 /// Roll-outs of one plan, with the result of each.
+///
+/// Example: [`Elsewhere`].
 #[derive(Clone, Debug, Serialize)]
 pub struct Runs {
     /// Statistics of all of them.
@@ -26,6 +28,41 @@ pub struct Runs {
 }
 
 /// A plan in closed loop on a plant and, under the same noise, on the task's own model.
+///
+/// ```
+/// use supple::simulate::Rollouts;
+/// use supple::{Matrices, Other};
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+///
+/// // A plant with a steeper hill: x'' = 1.2 x + u.
+/// let plant = |_: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
+///     for i in 0..states.count() {
+///         let (x, u) = (states.vector(i), controls.vector(i));
+///         let to = next.vector_mut(i);
+///         (to[0], to[1]) = (x[0] + 0.1 * x[1], 0.12 * x[0] + x[1] + 0.1 * u[0]);
+///     }
+/// };
+/// let other = Other { task, phi: &phi, plant: &plant };
+/// let found = problem.roll_out_elsewhere(&phi, "balance", other, Rollouts { count: 50, seed: 1 })?;
+/// assert_eq!((found.own.costs.len(), found.plant.costs.len()), (50, 50));
+/// assert!(found.plant.together.cost_mean > found.own.together.cost_mean);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct Elsewhere {
     /// How the plan ended.
@@ -44,6 +81,8 @@ pub struct Elsewhere {
 
 /// The true system elsewhere: measurements, costs and contacts from a task with the same states, controls, measurements
 /// and contacts; motion from a plant.
+///
+/// Example: [`Elsewhere`].
 #[derive(Clone, Copy)]
 pub struct Other<'a> {
     /// The task; its noise and the targets of its costs are those of the rolled-out task unless they were changed.

@@ -3,9 +3,15 @@
 
 /// How far above its bound an expected cost may be for the task to count as met, relative to the bound, if
 /// `[design] feasibility` is not set.
+///
+/// Example: [`meets`].
 pub const FEASIBILITY: f64 = 1e-6;
 
 /// `(J - D) / |D|`: how far a number is above its bound, relative to it; infinite where it is not a number.
+///
+/// ```
+/// assert!((supple::violation(110.0, 100.0) - 0.1).abs() < 1e-12);
+/// ```
 #[must_use]
 pub fn violation(value: f64, bound: f64) -> f64 {
     if bound == f64::INFINITY && value < f64::INFINITY {
@@ -17,6 +23,13 @@ pub fn violation(value: f64, bound: f64) -> f64 {
 
 /// Whether a number is at most its bound, with a relative tolerance `feasibility`. A number that is not finite is never
 /// feasible, even without a bound.
+///
+/// ```
+/// use supple::{FEASIBILITY, meets};
+///
+/// assert!(meets(249.0, Some(250.0), FEASIBILITY) && meets(1e9, None, FEASIBILITY));
+/// assert!(!meets(251.0, Some(250.0), FEASIBILITY) && !meets(f64::NAN, None, FEASIBILITY));
+/// ```
 #[must_use]
 pub fn meets(value: f64, bound: Option<f64>, feasibility: f64) -> bool {
     value.is_finite() && bound.is_none_or(|bound| violation(value, bound) <= feasibility)

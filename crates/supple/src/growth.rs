@@ -32,6 +32,31 @@ const MARGIN: f64 = 0.95;
 const MOST_SUBSTEPS: usize = 1000;
 
 /// Whether the time step is short enough for a plan, by its knots.
+///
+/// ```
+/// use supple::pipeline::TaskState;
+/// use supple::stability;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &problem.planning, None)?;
+/// assert!(!stability(task, &phi, &state.plan.trajectory, &state.plan.knots).numerically_unstable);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn stability(task: &Task, phi: &[f64], trajectory: &Trajectory, knots: &Knots) -> Stability {
     Looker { task, phi }.look(trajectory, &knots.dynamics, &spread(trajectory.steps(), knots.dynamics.rows()))

@@ -15,6 +15,32 @@ use crate::problem::Task;
 ///
 /// # Errors
 /// Where there is no such law.
+///
+/// ```
+/// use supple::bound::horizon_of_plan;
+/// use supple::pipeline::TaskState;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &problem.planning, None)?;
+/// let horizon = horizon_of_plan(&state.plan, &state.noise)?;
+/// assert!(horizon.base_cost < state.cost.expected(), "what the estimation error costs is left out");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn horizon_of_plan(plan: &Plan, noise: &Noise) -> Result<Horizon, Error> {
     Ok(Horizon::along(&plan.knots, law_of(plan)?.as_ref(), noise, plan.nominal_cost))
 }

@@ -10,10 +10,34 @@ use crate::plan::PlanStatus;
 use crate::problem::Problem;
 
 /// A matrix as its rows.
+///
+/// Example: [`Linearisation`].
 pub type Rows = Vec<Vec<f64>>;
 
 /// A task along its plan: `dx+ = A dx + B du + w`, `dy = C dx + v`, the quadratic model of its costs, and the law
 /// `du = K dx` that minimises them; `n` states, `m` controls, `p` measurements, `N` steps.
+///
+/// ```
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let found = problem.linearise(&problem.parameters.initial(), "balance")?;
+/// assert_eq!((found.dynamics.len(), found.states.len()), (50, 51));
+/// assert_eq!(found.dynamics[0], [[1.0, 0.1], [0.1, 1.0]]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct Linearisation {
     /// How the plan ended.

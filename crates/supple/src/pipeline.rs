@@ -3,6 +3,42 @@
 //! ```text
 //! task -> plan (iLQG) -> knots -> belief (Kalman) -> information and cost -> gradient
 //! ```
+//!
+//! # A task at one design
+//!
+//! ```
+//! use supple::cost_parts;
+//! use supple::gradient::Functional;
+//! use supple::pipeline::TaskState;
+//! # let task = r#"
+//! #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+//! #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+//! #     [[tasks]]
+//! #     name = "balance"
+//! #     steps = 50
+//! #     time_step = 0.1
+//! #     bound = 15.0
+//! #     initial_state = [1.0, 0.0]
+//! #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+//! # "#;
+//!
+//! // The task of the front page.
+//! let problem = supple_file::parse(task, "balance.toml")?;
+//! let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+//! let mut state = TaskState::new(task);
+//! state.evaluate(task, &phi, &problem.planning, None)?;
+//! assert!(state.plan.status.is_converged());
+//! assert!((state.information.total / std::f64::consts::LN_2 - 33.3).abs() < 0.01);
+//! assert!((state.cost.expected() - 11.9).abs() < 0.01);
+//! assert_eq!(cost_parts(&state.plan, &state.belief, &state.noise), state.cost);
+//!
+//! // Noise of the sensor lowers its information.
+//! let mut gradient = Vec::new();
+//! state.total_gradient(task, &phi, Functional::INFORMATION, &mut gradient)?;
+//! assert!(gradient[0] < 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::time::{Duration, Instant};
 use supple_kernels::{Matrices, Scratch};
@@ -25,6 +61,8 @@ use crate::problem::Task;
 use crate::sampled_plan::plan_sampled;
 
 /// All results for one task at one design, and the workspace to compute them.
+///
+/// Example: the [module](crate::pipeline).
 pub struct TaskState {
     /// The plan.
     pub plan: Plan,

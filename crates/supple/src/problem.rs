@@ -21,6 +21,8 @@ const ROLLOUTS_STATES: f64 = 32.0;
 const LEAST_ROLLOUTS: usize = 32;
 
 /// A robot, its tasks and the parameters to design.
+///
+/// Example: [`Problem::new`].
 #[derive(Clone)]
 pub struct Problem {
     /// Human-readable title.
@@ -50,12 +52,28 @@ const MOST_STEPS: usize = 1_000_000;
 const MOST_ENTRIES: usize = 40_000_000;
 
 /// Maximum number of steps of a task whose system has these dimensions.
+///
+/// ```
+/// use supple::{Dimensions, most_steps};
+///
+/// assert_eq!(most_steps(Dimensions { states: 5, controls: 1, measurements: 2 }), 1_000_000);
+/// ```
 #[must_use]
 pub fn most_steps(size: Dimensions) -> usize {
     MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2).max(1)).max(1)
 }
 
 /// The numbers of a task that do not concern the parts of its system.
+///
+/// ```
+/// use supple::parameters::Parameters;
+/// use supple::{Dimensions, TaskNumbers};
+///
+/// let size = Dimensions { states: 2, controls: 1, measurements: 1 };
+/// let numbers = TaskNumbers { steps: 0, time_step: 0.1.into(), bound: None, information_weight: 1.0 };
+/// let wrong = numbers.check(size, &Parameters::default());
+/// assert_eq!(wrong.err().map(|(key, _)| key), Some("steps"));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct TaskNumbers {
     /// How many steps it lasts, N.
@@ -99,6 +117,12 @@ impl TaskNumbers {
 ///
 /// # Errors
 /// Where there are more than [`MOST_ROLLOUTS`].
+///
+/// ```
+/// use supple::{MOST_ROLLOUTS, check_rollouts};
+///
+/// assert!(check_rollouts(MOST_ROLLOUTS).is_ok() && check_rollouts(MOST_ROLLOUTS + 1).is_err());
+/// ```
 pub fn check_rollouts(rollouts: usize) -> Result<(), Error> {
     check_count("roll-outs", rollouts, MOST_ROLLOUTS)
 }
@@ -218,6 +242,14 @@ impl Problem {
 }
 
 /// A sensor of a catalogue.
+///
+/// ```
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_sensors.toml");
+/// let problem = supple_file::load(file)?;
+/// let catalogue = problem.catalogue.ok_or("it has a catalogue")?;
+/// assert!(catalogue.iter().all(|sensor| sensor.price >= 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CatalogueSensor {
     /// Its name.
@@ -233,6 +265,8 @@ pub struct CatalogueSensor {
 }
 
 /// The nominal problem for which a plan is searched.
+///
+/// Example: [`plan`](crate::plan::plan()).
 #[derive(Clone, Copy)]
 pub struct NominalProblem<'a> {
     /// The system with its costs.
@@ -244,6 +278,8 @@ pub struct NominalProblem<'a> {
 }
 
 /// One task: a system with its costs, start, noise and bound.
+///
+/// Example: [`Problem::new`].
 #[derive(Clone)]
 pub struct Task {
     /// Its name.

@@ -9,6 +9,8 @@ use supple_text::digits;
 ///
 /// At a few steps of the plan, the spectral radius of `A = f_x` is compared with that for shorter time steps (theory,
 /// equation R.19): growth at the same rate over shorter steps is physical; other growth comes from the integration.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Stability {
     /// Time step, s.

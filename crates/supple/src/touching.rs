@@ -22,6 +22,20 @@ pub fn contacts_along<'a>(
 }
 
 /// The contacts of a task along a trajectory at `phi`, in the order of the model.
+///
+/// ```
+/// use supple::{Matrices, contact_reports, contact_warnings, misses_contact};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+/// let problem = supple_file::load(file)?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+///
+/// // Without controls, the masses stay 0.75 m in front of the wall.
+/// let still = task.simulate(&phi, None, Matrices::vectors(task.steps, 1))?;
+/// let reports = contact_reports(task, &phi, &still);
+/// assert!(!reports[0].touches && misses_contact(task, &phi, &still));
+/// assert_eq!(contact_warnings(task, &phi, &reports).len(), 1, "a cost tracks 10 N");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec<ContactReport> {
     let states = (0..trajectory.states.count()).map(|step| trajectory.states.vector(step));
@@ -32,6 +46,8 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
 
 /// A warning for each cost that tracks a force at a contact that the plan never makes, given the reports of all
 /// contacts; and one for each contact that is deep inside its wall at the start.
+///
+/// Example: [`contact_reports`].
 #[must_use]
 pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
     let missed = |wanted: WantedForce| {
@@ -88,6 +104,8 @@ fn deep_warnings(task: &Task, phi: &[f64]) -> Vec<String> {
 }
 
 /// Whether a trajectory never makes some contact at which a cost tracks a force.
+///
+/// Example: [`contact_reports`].
 #[must_use]
 pub fn misses_contact(task: &Task, phi: &[f64], trajectory: &Trajectory) -> bool {
     let mut missing: Vec<usize> = task.system.wanted_forces(phi).into_iter().map(|wanted| wanted.contact).collect();

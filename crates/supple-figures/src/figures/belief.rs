@@ -20,6 +20,35 @@ const MOST: usize = 6;
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.
+///
+/// ```
+/// use supple_figures::{MOST_ENTRIES, belief, gains, information};
+/// use supple_study::evaluate::EvaluateOptions;
+/// use supple_study::study::Work;
+/// use supple_study::{Folder, LoadedTask, Made, Source, Watch};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = [1e-3] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+/// # let task = LoadedTask::restore(&[source], &[])?;
+///
+/// // The evaluation of the front page, of a task with one state.
+/// let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
+/// let result = work.run(&task, None, Watch::default())?;
+/// let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
+/// let folders = [folder];
+/// assert_eq!(belief(&folders, Some("hold"))?.panels.len(), 1);
+/// assert!(gains(&folders, None)?.entries().len() <= MOST_ENTRIES);
+/// assert_eq!(information(&folders, None)?.panels.len(), 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn belief(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let shown = designs("belief", folders, task)?;
     let columns = shown.len();

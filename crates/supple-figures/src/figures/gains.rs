@@ -26,6 +26,8 @@ struct Row {
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.
+///
+/// Example: [`belief`](crate::belief).
 pub fn gains(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let shown = designs("gains", folders, task)?;
     let trajectories: Vec<_> = shown.iter().map(|design| design.trajectory).collect();

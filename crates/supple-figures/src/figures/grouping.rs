@@ -3,6 +3,8 @@
 use crate::figure::{Colour, Dash, Figure, Style};
 
 /// The most entries of a legend.
+///
+/// Example: [`belief`](crate::belief).
 pub const MOST_ENTRIES: usize = 8;
 
 /// The name of the common entry.

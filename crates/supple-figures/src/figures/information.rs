@@ -16,6 +16,8 @@ const MOST: usize = 6;
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.
+///
+/// Example: [`belief`](crate::belief).
 pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let shown = designs("information", folders, task)?;
     let channels = channels(&shown);

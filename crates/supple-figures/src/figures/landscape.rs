@@ -43,6 +43,36 @@ impl Quantity {
 ///
 /// # Errors
 /// Where there is no sweep over one or two parameters, or several, or no task of the name.
+///
+/// ```
+/// use supple_figures::landscape;
+/// use supple_study::study::Work;
+/// use supple_study::sweep::{Axis, SweepOptions};
+/// use supple_study::{Folder, LoadedTask, Made, Source, Watch};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+/// # let task = LoadedTask::restore(&[source], &[])?;
+///
+/// // The task of the front page, with the variance of its measurement as a parameter.
+/// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
+/// let work = Work::Sweep(SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 });
+/// let result = work.run(&task, None, Watch::default())?;
+/// let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
+/// let figure = landscape(&[folder], None)?;
+/// let labels: Vec<_> = figure.panels.iter().map(|panel| panel.y.label.as_str()).collect();
+/// assert_eq!(labels, ["directed information", "expected cost"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let sweeps = folders.iter().filter_map(|folder| match &folder.result {
         StudyResult::Sweep(sweep) => Some((folder, &**sweep)),

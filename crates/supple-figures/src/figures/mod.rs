@@ -27,6 +27,8 @@ use supple_study::Folder;
 use crate::{Figure, FigureError};
 
 /// A kind of figure.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Kind {
@@ -80,6 +82,8 @@ impl Kind {
 ///
 /// # Errors
 /// Where the results are not those that the figure shows, or no task has the name.
+///
+/// Example: the [front page](crate).
 pub fn draw(kind: Kind, folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     match kind {
         Kind::Landscape => landscape(folders, task),

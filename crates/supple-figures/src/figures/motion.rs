@@ -21,6 +21,23 @@ const ARROW: f64 = 0.3;
 ///
 /// # Errors
 /// Where there is no evaluated design, no task of the name, or the model cannot be drawn.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use supple_figures::motion;
+/// use supple_study::evaluate::EvaluateOptions;
+/// use supple_study::study::Work;
+/// use supple_study::{Folder, LoadedTask, Made, Watch};
+///
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml");
+/// let task = LoadedTask::load(Path::new(file), &[])?;
+/// let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
+/// let result = work.run(&task, None, Watch::default())?;
+/// let folder = Folder { path: "press".into(), made: Made::of(&task, work), result };
+/// assert_eq!(motion(&[folder], Some("press"))?.panels.len(), 6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn motion(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let shown = designs("motion", folders, task)?;
     let scenes: Vec<(&Shown, &Scene)> =

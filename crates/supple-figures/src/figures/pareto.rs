@@ -27,6 +27,36 @@ struct Front<'a> {
 ///
 /// # Errors
 /// Where there is no front, or no task of the name.
+///
+/// ```
+/// use supple_figures::pareto;
+/// use supple_study::pareto::ParetoOptions;
+/// use supple_study::study::Work;
+/// use supple_study::{Folder, LoadedTask, Made, Source, Watch};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     bound = 2.0
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+/// # let task = LoadedTask::restore(&[source], &[])?;
+///
+/// // The task of the front page, with the variance of its measurement as a parameter and a cost limit of 2.
+/// let work = Work::Pareto(ParetoOptions { points: 3, starts: 1, seed: 0 });
+/// let result = work.run(&task, None, Watch::default())?;
+/// let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
+/// let figure = pareto(&[folder], None)?;
+/// assert_eq!(figure.panels[0].x.label, "expected cost of hold");
+/// assert_eq!(figure.panels.len(), 2, "the information and one parameter");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let found = folders.iter().filter_map(|folder| match &folder.result {
         StudyResult::Pareto(front) => Some((folder, &**front)),

@@ -13,6 +13,37 @@ use crate::{FigureError, words};
 ///
 /// # Errors
 /// Where there is no study of robustness, or several, or no task of the name.
+///
+/// ```
+/// use supple_figures::robustness;
+/// use supple_study::robustness::{DesignChoice, RobustnessOptions};
+/// use supple_study::study::Work;
+/// use supple_study::sweep::Axis;
+/// use supple_study::{Folder, LoadedTask, Made, Source, Watch};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.drive = { initial = 1e-3, bounds = [1e-5, 1e-1], role = "study" }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = ["drive"], measurement = [1e-3] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+/// # let task = LoadedTask::restore(&[source], &[])?;
+///
+/// // The task of the front page, with the variance of its process noise as the parameter `drive`.
+/// let vary = Axis::parse("drive=log:1e-4:1e-2:3", &task)?;
+/// let designs = vec![DesignChoice::Start];
+/// let work = Work::Robustness(RobustnessOptions { designs, vary, rollouts: 20, seed: 1 });
+/// let result = work.run(&task, None, Watch::default())?;
+/// let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
+/// let figure = robustness(&[folder], None)?;
+/// assert_eq!(figure.panels.len(), 2, "planned for the nominal noise, and for the true one");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn robustness(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let studies = folders.iter().filter_map(|folder| match &folder.result {
         StudyResult::Robustness(study) => Some((folder, &**study)),

@@ -13,6 +13,8 @@ use crate::noise::Noise;
 use crate::shape::{Shape, by_length};
 
 /// What the reverse sweep differentiates: `information DI + 1/2 sum_{t<N} Tr(weights_t Sigma_t)`.
+///
+/// Example: [`reverse_kalman`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BeliefSeeds<'a> {
     /// Weight of the directed information.
@@ -24,6 +26,8 @@ pub struct BeliefSeeds<'a> {
 }
 
 /// Memory of the reverse sweep.
+///
+/// Example: [`reverse_kalman`].
 #[derive(Clone, Debug)]
 pub struct BeliefAdjoint {
     sigma: Matrices,
@@ -67,6 +71,22 @@ impl BeliefAdjoint {
 /// with `i` the weight of the information. Overwrites `adjoints.dynamics` (its A part; B has none) and
 /// `adjoints.measurement` (except if measurements are single states processed sequentially: then `C` has no adjoint); adds
 /// to `noise_adjoint`, whose constant matrices accumulate the sums over all steps.
+///
+/// ```
+/// use supple_lqg::{Belief, BeliefAdjoint, BeliefSeeds, KnotAdjoints, Knots, Noise, constant, kalman, reverse_kalman};
+///
+/// // With A = 0, the 11 measurements are independent: each gives 1/2 ln((1 + V) / V) nats, here with V = 1.
+/// let knots = Knots::linear(10, (&[[0.0]], &[[0.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let one = constant(&[[1.0]]);
+/// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+/// let mut belief = Belief::zeros(1, 1, 10);
+/// kalman(&knots, &noise, &mut belief)?;
+/// let (mut adjoints, mut by_noise) = (KnotAdjoints::zeros(knots.dimensions, 10), Noise::zeros(1, 1));
+/// let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };
+/// reverse_kalman(&knots, &noise, &belief, seeds, &mut BeliefAdjoint::new(1, 1), &mut adjoints, &mut by_noise);
+/// assert!((by_noise.measurement.get(0, 0, 0) + 11.0 / 4.0).abs() < 1e-9, "the derivative of the sum by V");
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 pub fn reverse_kalman(
     knots: &Knots,
     noise: &Noise,

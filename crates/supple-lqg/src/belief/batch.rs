@@ -20,6 +20,21 @@ use crate::shape::Shape;
 ///
 /// # Errors
 /// If an innovation covariance is not positive definite; the error's step is the index of the sample.
+///
+/// ```
+/// use supple_lqg::{Belief, Knots, constant, correct_each, predict_each};
+///
+/// // Two samples with the prior variances 1 and 3; measurement noise of variance 1, process noise of variance 0.5.
+/// let knots = Knots::linear(2, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let mut belief = Belief::zeros(1, 1, 1);
+/// belief.predicted.set(0, 0, 0, 1.0);
+/// belief.predicted.set(1, 0, 0, 3.0);
+/// correct_each(&knots, None, (constant(&[[1.0]]).at(0), None), &mut belief)?;
+/// predict_each(&knots, constant(&[[0.5]]).at(0), &mut belief);
+/// assert!((belief.predicted.get(0, 0, 0) - 1.0).abs() < 1e-12, "1/2 + 0.5");
+/// assert!((belief.predicted.get(1, 0, 0) - 1.25).abs() < 1e-12, "3/4 + 0.5");
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 pub fn correct_each(
     knots: &Knots,
     picks: Option<&[usize]>,
@@ -33,6 +48,8 @@ pub fn correct_each(
 
 /// Propagates the covariances of all samples by one step with the noise `w`, each with its own dynamics: from `corrected` to
 /// `predicted`.
+///
+/// Example: [`correct_each`].
 pub fn predict_each(knots: &Knots, w: &[f64], belief: &mut Belief) {
     dispatch(PredictAll { knots, w, belief });
 }

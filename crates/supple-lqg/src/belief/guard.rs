@@ -6,6 +6,13 @@ use supple_kernels::rows;
 ///
 /// The test is an LDL' factorisation in which a pivot up to 1e-13 of its diagonal entry counts as zero; the column below
 /// it must vanish to the square root of that.
+///
+/// ```
+/// // Its eigenvalues are 3 and -1.
+/// let mut indefinite = [1.0, 2.0, 2.0, 1.0];
+/// assert!(supple_lqg::mend(&mut indefinite, 2, 2));
+/// assert!((indefinite[0] - 1.5).abs() < 1e-12);
+/// ```
 #[inline]
 pub fn mend(a: &mut [f64], n: usize, stride: usize) -> bool {
     if is_semidefinite(a, n, stride) {

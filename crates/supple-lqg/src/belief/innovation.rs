@@ -1,6 +1,15 @@
 use supple_kernels::math;
 
 /// The statistics of the innovation `nu = y - g(mu)` of one measurement that its likelihood depends on.
+///
+/// ```
+/// use supple_lqg::Innovation;
+///
+/// // An innovation of 3 with the variance 4.
+/// let found = Innovation::of(&mut [3.0], &[2.0], 1);
+/// assert!((found.squared - 2.25).abs() < 1e-12);
+/// assert!((found.log_determinant - 4f64.ln()).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Innovation {
     /// `nu' S^-1 nu`, with the innovation covariance `S`: its mean is p if the filter is consistent.

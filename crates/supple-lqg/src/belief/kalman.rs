@@ -26,6 +26,8 @@ use crate::shape::{Shape, by_length};
 ///
 /// # Errors
 /// If `V` is not positive definite, or a number is not finite; with many states, also if a stop is requested.
+///
+/// Example: the [front page](crate).
 pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
     dispatch(Sweep { knots, noise, belief })
 }

@@ -4,6 +4,8 @@ use supple_kernels::{Lanes, Matrices, padded};
 use crate::transport::Transport;
 
 /// The belief along a trajectory: covariances, gains and innovation factors.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug)]
 pub struct Belief {
     /// `P_t`, n x n, N + 1 of them: before the measurement at t.

@@ -29,6 +29,8 @@ impl Horizon {
 }
 
 /// How far a horizon may differ from the problem that it was derived from.
+///
+/// Example: [`minimum_information_within`](crate::bound::minimum_information_within).
 #[derive(Clone, Debug, Default)]
 pub struct Spread {
     /// By how much the least cost may be below `base_cost`, and by how much above.

@@ -22,6 +22,8 @@ const SINGULAR: f64 = 1e-13;
 ///
 /// # Errors
 /// Where an entry is not finite, or the eigenvalues cannot be found.
+///
+/// Example: [`kostina_hassibi`].
 pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     if dynamics.rows() == 0 {
         return Ok(0.0);
@@ -70,6 +72,15 @@ fn blur(matrix: &DMatrix<f64>, value: Complex<f64>) -> f64 {
 ///
 /// # Errors
 /// Where an entry is not finite.
+///
+/// ```
+/// use supple_lqg::bound::product_growth;
+/// use supple_lqg::constant;
+///
+/// let nats = product_growth(&constant(&[[1.5]]), 4)?;
+/// assert!((nats - 4.0 * 1.5f64.ln()).abs() < 1e-9);
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 pub fn product_growth(dynamics: &Matrices, steps: usize) -> Result<f64, Error> {
     let bad = (0..dynamics.count()).find(|&t| dynamics.at(t).iter().any(|entry| !entry.is_finite()));
     if let Some(step) = bad {
@@ -80,6 +91,8 @@ pub fn product_growth(dynamics: &Matrices, steps: usize) -> Result<f64, Error> {
 }
 
 /// The lower bound of Kostina and Hassibi at one cost.
+///
+/// Example: [`kostina_hassibi`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KostinaHassibi {
     /// Nats per step; negative or minus infinity if the bound is vacuous.
@@ -89,6 +102,8 @@ pub struct KostinaHassibi {
 }
 
 /// Why the bound of Kostina and Hassibi is vacuous.
+///
+/// Example: [`kostina_hassibi`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -119,6 +134,20 @@ impl std::fmt::Display for Vacuous {
 ///
 /// It is `log |det A| + n/2 log(1 + N(W) |det M|^(1/n) / ((D - D_min)/n))` with `Theta = A' M A`, written so that it
 /// holds for singular `A` too; our `M` and costs are half of theirs, because of the factor 1/2 in our cost.
+///
+/// ```
+/// use supple_lqg::bound::{Stationary, data_rate_floor, kostina_hassibi};
+/// use supple_lqg::constant;
+///
+/// // x+ = 1.5 x + u + w, w of variance 1, with the cost x^2 / 2 per step.
+/// let plant = Stationary::new(&constant(&[[1.5, 1.0]]), &constant(&[[1.0]]), &constant(&[[1.0, 0.0], [0.0, 0.0]]))?;
+/// let floor = data_rate_floor(&plant.dynamics)?;
+/// let found = kostina_hassibi(&plant, 2.0, floor);
+/// assert!((floor - 1.5f64.ln()).abs() < 1e-9);
+/// assert!((found.nats - 0.5 * 3f64.ln()).abs() < 1e-6, "the minimum itself, as there is one state");
+/// assert_eq!(found.vacuous, None);
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 #[must_use]
 pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
     let n = stationary.dynamics.rows() as f64;
@@ -139,6 +168,12 @@ pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> Kostin
 /// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, where `ranks` gives how many
 /// numbers the virtual sensor measures at each step (theory, equation L.23; Tanaka, Johansson, Oechtering, Sandberg,
 /// Skoglund 2016).
+///
+/// ```
+/// // Ten steps, at each of which one number is sent.
+/// let bits = supple_lqg::bound::quantiser_bound(20.0, &[1; 10]);
+/// assert!((bits - 37.55).abs() < 0.01);
+/// ```
 #[must_use]
 pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
     let loss = 0.5 * math::log2(4.0 * std::f64::consts::PI * std::f64::consts::E / 12.0);

@@ -9,6 +9,8 @@ use crate::dense::{dense, semidefinite_root};
 ///
 /// Whatever is measured, the optimal controller acts on the estimate, so the expected cost is
 /// `base_cost + sum_t Tr(Theta_t P_t)`, where `P_t` is the covariance of `x_t` when `u_t` is chosen (theory, equation L.1).
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
 pub struct Horizon {
     /// `A_t`, n x n, T of them or one that holds at every step.
@@ -25,6 +27,8 @@ pub struct Horizon {
 
 /// The time-invariant problem, per step: `x+ = A x + B u + w`, with the cost `1/2 z' L z` of
 /// `z = (x, u)`.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug)]
 pub struct Stationary {
     /// `A`, n x n.

@@ -58,6 +58,8 @@ pub(super) fn finer(nats: f64, settings: &BoundSettings) -> BoundSettings {
 /// # Errors
 /// Where arrays do not fit or are not finite, covariances or prices are not positive semidefinite, `cost` is not above
 /// `base_cost`, or nothing could be certified.
+///
+/// Example: the [module](crate::bound).
 pub fn minimum_information(
     horizon: &Horizon,
     cost: f64,
@@ -71,6 +73,21 @@ pub fn minimum_information(
 ///
 /// # Errors
 /// Same as for that function.
+///
+/// ```
+/// use supple_lqg::bound::{BoundSettings, Horizon, minimum_information_within};
+/// use supple_lqg::{Knots, Noise, Policy, constant};
+///
+/// let knots = Knots::linear(10, (&[[1.2]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let one = constant(&[[1.0]]);
+/// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+/// // A policy of zeros holds no control at a limit.
+/// let (horizon, spread) = Horizon::proved(&knots, &Policy::zeros(knots.dimensions, 10), &noise, 0.0, 0.0)?;
+/// let limit = 1.5 * horizon.base_cost;
+/// let found = minimum_information_within(&horizon, &spread, limit, &BoundSettings::default())?;
+/// assert!(0.0 < found.lower_nats && found.lower_nats <= found.nats);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn minimum_information_within(
     horizon: &Horizon,
     spread: &Spread,

@@ -6,6 +6,8 @@ use super::reduce::Chain;
 use crate::dense::{Dense, cholesky, congruence, inverse_lower, symmetric};
 
 /// An iterate of the search for one minimum, from which the search of a nearby problem can be warm-started.
+///
+/// Example: [`Needed`](crate::bound::Needed).
 #[derive(Clone, Debug)]
 pub struct Nearby {
     /// Covariances and multipliers of each decision in the states' coordinates, n x n.

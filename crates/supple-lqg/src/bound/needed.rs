@@ -13,6 +13,22 @@ use crate::Error;
 const SETTINGS: BoundSettings = BoundSettings { gap: 1e-8, max_iterations: 60 };
 
 /// The minimum information over a horizon at an expected cost, as precisely as searches need it.
+///
+/// ```
+/// use supple_lqg::bound::{Horizon, Needed};
+/// use supple_lqg::{constant, sequence};
+///
+/// // A state of variance 4, and a cost of 1 per unit of variance: 1/2 ln(4 / D) at the cost limit D.
+/// let (dynamics, process, initial) = (constant(&[[1.0]]), constant(&[[1.0]]), constant(&[[4.0]]));
+/// let horizon = Horizon { dynamics, process, initial, prices: sequence(&[[[1.0]]]), base_cost: 0.0 };
+/// let mut nearby = None;
+/// for limit in [1.0, 1.1] {
+///     // The second search is warm-started from the first.
+///     let needed = Needed::of(&horizon, limit, &mut nearby)?;
+///     assert!((needed.nats - 0.5 * (4_f64 / limit).ln()).abs() < 1e-4);
+/// }
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Needed {
     /// Nats over the whole horizon.

@@ -27,6 +27,8 @@ const STEADY: f64 = 1e-14;
 const CONTROL_STEPS: [usize; 2] = [256, 16_384];
 
 /// The design's own sensors and controller in steady state.
+///
+/// Example: [`own_rates`].
 #[derive(Clone, Copy, Debug)]
 pub struct OwnRates {
     /// `Tr(Theta Sigma)`: the cost of state uncertainty per step.
@@ -41,6 +43,23 @@ pub struct OwnRates {
 ///
 /// # Errors
 /// Where `V` is not positive definite.
+///
+/// ```
+/// use supple_lqg::bound::{Stationary, own_rates, regulator_distance};
+/// use supple_lqg::{Knots, Noise, constant};
+///
+/// // x+ = x + u + w and y = x + v, with the cost (x^2 + u^2) / 2 per step.
+/// let (dynamics, cost, one) = (constant(&[[1.0, 1.0]]), constant(&[[1.0, 0.0], [0.0, 1.0]]), constant(&[[1.0]]));
+/// let plant = Stationary::new(&dynamics, &one, &cost)?;
+/// assert!(regulator_distance(&plant, &dynamics, &cost)? < 1e-8, "its regulator is exact but for rounding");
+///
+/// // With W = 1 and V = 2 the variance before each measurement is 2: 1/2 ln((2 + 2) / 2).
+/// let knots = Knots::linear(2, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let noise = Noise { initial: one.clone(), process: one, measurement: constant(&[[2.0]]) };
+/// let own = own_rates(&plant, &knots, &noise)?.ok_or("the filter has no steady state")?;
+/// assert!((own.measurement_nats - 0.5 * 2f64.ln()).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<Option<OwnRates>, Error> {
     let (a, w) = (dense(&problem.dynamics, 0), dense(&problem.process, 0));
     let (c, v) = (dense(&knots.measurement, 0), dense(&noise.measurement, 0));

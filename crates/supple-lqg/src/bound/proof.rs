@@ -16,6 +16,8 @@ use super::witness::{Witness, WitnessStep};
 use crate::dense::{Dense, dense};
 
 /// Whether a lower bound is proved.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Proof {
     /// Proved by interval arithmetic, for numbers that differ from those given by at most `distance`, relatively: 0 if no
@@ -138,6 +140,8 @@ impl Lower {
 
 /// The relative distance of the given cost from one for which the time-invariant regulator is exact; otherwise
 /// the reason why there is no such distance.
+///
+/// Example: [`own_rates`](crate::bound::own_rates).
 pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
     let (dynamics, cost, price) = (matrix(&dense(dynamics, 0)), matrix(&dense(cost, 0)), of(&system.price, 0));
     let Some(quotient) = system.quotient() else {
@@ -154,6 +158,8 @@ pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matri
 }
 
 /// What sensors achieve, computed by their Kalman filter on the problem as given.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Achieved {
     /// Directed information, nats: over all decisions, or per step where nothing changes over time.

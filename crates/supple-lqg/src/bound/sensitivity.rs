@@ -11,6 +11,8 @@ use crate::dense::{Dense, dense, inverse_lower, store, symmetric};
 ///
 /// Derivatives with respect to symmetric matrices are symmetric. For directions left out of the problem because they are
 /// known or cost nothing, the derivatives are 0.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
 pub struct Sensitivity {
     /// With respect to `A_t`, n x n: one for each decision (the last is 0), or a single one in the time-invariant case.

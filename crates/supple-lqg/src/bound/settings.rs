@@ -1,6 +1,8 @@
 //! How a minimum is searched for, and how a search ends.
 
 /// How the minimum is searched for.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundSettings {
     /// The duality gap at which the search ends, nats per step.
@@ -16,6 +18,8 @@ impl Default for BoundSettings {
 }
 
 /// How a search for the minimum ended.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BoundStatus {

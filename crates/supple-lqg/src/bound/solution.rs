@@ -10,6 +10,8 @@ use super::virtual_sensor::VirtualSensor;
 use crate::dense::{Dense, dense, store};
 
 /// The least directed information over a horizon at an expected cost, between two bounds.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
 pub struct MinimumInformation {
     /// Nats over the whole horizon with the covariances `posterior`: an upper bound on the minimum.
@@ -42,6 +44,8 @@ pub struct MinimumInformation {
 }
 
 /// The same per step, for a time-invariant system.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug)]
 pub struct StationaryMinimum {
     /// As in [`MinimumInformation`], per step.
@@ -161,6 +165,8 @@ impl StationaryMinimum {
 }
 
 /// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.13).
+///
+/// Example: the [module](crate::bound).
 #[must_use]
 pub fn virtual_sensors(minimum: &MinimumInformation) -> Vec<VirtualSensor> {
     minimum.sensors.clone()

@@ -58,6 +58,8 @@ const FEW: usize = 1;
 ///
 /// # Errors
 /// As [`super::minimum_information`].
+///
+/// Example: the [front page](crate).
 pub fn stationary_minimum(
     system: &Stationary,
     cost: f64,

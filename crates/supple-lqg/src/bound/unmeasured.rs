@@ -13,6 +13,8 @@ use crate::dense::{congruence, dense, store};
 /// ```
 ///
 /// No information is needed at any expected cost of at least this.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
 pub struct Unmeasured {
     /// `J`.

@@ -6,6 +6,8 @@ use crate::dense::{Dense, cholesky, dense, inverse_lower, store, symmetric};
 
 /// A sensor that attains the minimum information with the Kalman filter and the optimal regulator:
 /// `y = C x + v`, one at each step (theory, equation L.13).
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
 pub struct VirtualSensor {
     /// How many numbers it measures: the rank of `P^-1 - (A P A' + W)^-1 = C' V^-1 C`.

@@ -18,6 +18,28 @@ use crate::riccati::Policy;
 ///
 /// # Errors
 /// Where `V` is not positive definite.
+///
+/// ```
+/// use supple_lqg::{Belief, Information, Knots, Noise, Policy, Regularisation};
+/// use supple_lqg::{constant, control_information, information, kalman, solve_riccati};
+///
+/// let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
+/// let knots = Knots::linear(100, (&a, &b, &c), (&[[1.0, 0.0], [0.0, 0.1]], &[[0.01]]))?;
+/// let mut policy = Policy::zeros(knots.dimensions, 100);
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
+///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// let noise = Noise {
+///     initial: constant(&[[0.01, 0.0], [0.0, 0.01]]),
+///     process: constant(&[[1e-6, 0.0], [0.0, 1e-4]]),
+///     measurement: constant(&[[1e-4]]),
+/// };
+/// let (mut belief, mut measured) = (Belief::zeros(2, 1, 100), Information::default());
+/// kalman(&knots, &noise, &mut belief)?;
+/// information(&belief, &noise, &mut measured)?;
+/// let used: f64 = control_information(&knots, &policy, &belief, &noise)?.iter().sum();
+/// assert!(0.0 < used && used < measured.total);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn control_information(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<f64>, Error> {
     dispatch(Sweep { knots, policy, belief, noise, kept: None })
 }

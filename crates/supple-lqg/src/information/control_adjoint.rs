@@ -16,6 +16,25 @@ use crate::riccati::Policy;
 ///
 /// # Errors
 /// Where `V` is not positive definite.
+///
+/// ```
+/// use supple_lqg::{Belief, Knots, Noise, Partials, Policy, Regularisation};
+/// use supple_lqg::{add_control_partials, constant, control_information, kalman, solve_riccati};
+///
+/// let knots = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let mut policy = Policy::zeros(knots.dimensions, 10);
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
+///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// let one = constant(&[[1.0]]);
+/// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+/// let mut belief = Belief::zeros(1, 1, 10);
+/// kalman(&knots, &noise, &mut belief)?;
+/// let mut partials = Partials::zeros(knots.dimensions, 10);
+/// let nats = add_control_partials(&knots, &policy, &belief, &noise, 1.0, &mut partials)?;
+/// let used: f64 = control_information(&knots, &policy, &belief, &noise)?.iter().sum();
+/// assert!((nats - used).abs() < 1e-9 && partials != Partials::zeros(knots.dimensions, 10));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn add_control_partials(
     knots: &Knots,
     policy: &Policy,

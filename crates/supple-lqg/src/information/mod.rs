@@ -15,6 +15,8 @@ pub use control::control_information;
 pub use control_adjoint::add_control_partials;
 
 /// Directed information from the state to the measurements, `DI(x^N -> y^N)`, in nats.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Information {
     /// `1/2 log |S^y_t| / |V_t|` at t = 0..=N (theory, equation I.1): never negative.
@@ -27,6 +29,8 @@ pub struct Information {
 ///
 /// # Errors
 /// Where `V` is not positive definite.
+///
+/// Example: the [front page](crate).
 pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Result<(), Error> {
     let p = noise.measurement.rows();
     let steps = belief.innovation_factor.count() - 1;
@@ -51,6 +55,27 @@ pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Res
 /// The same by entropies: `sum 1/2 log |P_t| / |Sigma_t|` (theory, equation I.2), for comparison.
 ///
 /// `None` where a covariance is singular, as it is when a state is known exactly.
+///
+/// ```
+/// use supple_lqg::{Belief, Information, Knots, Noise};
+/// use supple_lqg::{constant, entropy_form, information, kalman, paper_form, recursion_radius};
+///
+/// let knots = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let one = constant(&[[1.0]]);
+/// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+/// let (mut belief, mut measured) = (Belief::zeros(1, 1, 10), Information::default());
+/// kalman(&knots, &noise, &mut belief)?;
+/// information(&belief, &noise, &mut measured)?;
+/// let entropies = entropy_form(&belief).ok_or("a covariance is singular")?;
+/// assert!((entropies - measured.total).abs() < 1e-9);
+///
+/// // The paper's form lacks the first prior and the last posterior.
+/// let (first, last) = (belief.predicted.get(0, 0, 0), belief.corrected.get(10, 0, 0));
+/// let paper = paper_form(&belief).ok_or("a covariance is singular")?;
+/// assert!((entropies - paper - 0.5 * (first / last).ln()).abs() < 1e-9);
+/// assert!(recursion_radius(&knots, &belief).is_some_and(|radius| radius < 1.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn entropy_form(belief: &Belief) -> Option<f64> {
     let logs =
@@ -60,6 +85,8 @@ pub fn entropy_form(belief: &Belief) -> Option<f64> {
 
 /// The paper's form, `sum_{t<N} 1/2 log |P_{t+1}| - 1/2 log |Sigma_t|`, for comparison only: it pairs a step's
 /// prior with the posterior of the step before (theory, section I). `None` where a covariance is singular.
+///
+/// Example: [`entropy_form`].
 #[must_use]
 pub fn paper_form(belief: &Belief) -> Option<f64> {
     let steps = belief.predicted.count() - 1;

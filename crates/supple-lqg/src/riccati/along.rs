@@ -6,6 +6,22 @@ use super::policy::Policy;
 /// `[H | h]`: `du = k + K dx`, `dlambda = S dx + J_x`.
 ///
 /// `joint` receives `dz` (its control part 0 at the end), `costates` receives `dlambda`.
+///
+/// ```
+/// use supple_lqg::{Knots, Matrices, Policy, Regularisation, solve_lq, solve_riccati};
+///
+/// // One step of x+ = x + u, with cost slope 4 and curvature 2 in u: 1 of the step, 1 of the end.
+/// let mut knots = Knots::linear(1, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// knots.cost.set(0, 1, 2, 4.0);
+/// let mut policy = Policy::zeros(knots.dimensions, 1);
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
+///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// let (mut joint, mut costates) = (Matrices::vectors(2, 2), Matrices::vectors(2, 1));
+/// solve_lq(&knots.dynamics, &policy, &mut joint, &mut costates);
+/// assert!((joint.vector(0)[1] + 2.0).abs() < 1e-12, "du = -4 / 2");
+/// assert!((joint.vector(1)[0] + 2.0).abs() < 1e-12, "dx+ = du");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn solve_lq(dynamics: &Matrices, policy: &Policy, joint: &mut Matrices, costates: &mut Matrices) {
     let (steps, n) = (dynamics.count(), dynamics.rows());
     let stride = policy.feedback.stride();

@@ -1,6 +1,8 @@
 use supple_kernels::Matrices;
 
 /// Bounds on the controls of a plan, the same at every step: `lower <= u <= upper`, m each.
+///
+/// Example: [`solve_limited`](crate::solve_limited).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlBounds {
     lower: Vec<f64>,

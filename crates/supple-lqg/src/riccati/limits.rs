@@ -3,6 +3,8 @@ use supple_kernels::Matrices;
 use super::bounds::ControlBounds;
 
 /// What restricts the controls in a sweep.
+///
+/// Example: [`solve_limited`](crate::solve_limited).
 #[derive(Clone, Copy)]
 pub enum Limits<'a> {
     /// Bounds, and the controls of the trajectory about which the sweep linearises.

@@ -3,6 +3,8 @@ use supple_kernels::Matrices;
 use super::limits::Limits;
 
 /// The problem of a sweep.
+///
+/// Example: [`solve_limited`](crate::solve_limited).
 #[derive(Clone, Copy)]
 pub struct Lq<'a> {
     /// `[A B]`, n x (n + m), N of them.
@@ -19,6 +21,8 @@ pub struct Lq<'a> {
 
 /// Levenberg-Marquardt terms in the gains (theory, equation P.2d): each entry of the diagonal of `Q_uu` and of `S_{t+1}`
 /// grows by a share of its size.
+///
+/// Example: [`solve_riccati`](crate::solve_riccati).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Regularisation {
     /// `mu_u`, the share of the diagonal of `Q_uu`.
@@ -28,6 +32,8 @@ pub struct Regularisation {
 }
 
 /// The predicted cost change of a step `alpha` along the search direction: `alpha linear + alpha^2 quadratic`.
+///
+/// Example: [`solve_riccati`](crate::solve_riccati).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Decrease {
     /// `sum k' Q_u`, negative.

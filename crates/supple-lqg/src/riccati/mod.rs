@@ -40,6 +40,19 @@ use crate::shape::{Shape, by_length};
 ///
 /// # Errors
 /// The step at which `Q_uu` is not positive definite.
+///
+/// ```
+/// use supple_lqg::{Knots, Policy, Regularisation, solve_riccati};
+///
+/// // x+ = x + u with the cost (x^2 + u^2) / 2 per step: the curvature of the cost-to-go tends to the golden ratio.
+/// let knots = Knots::linear(50, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let mut policy = Policy::zeros(knots.dimensions, knots.steps());
+/// let decrease = solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
+///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// assert!((policy.curvature.get(0, 0, 0) - (1.0 + 5f64.sqrt()) / 2.0).abs() < 1e-12);
+/// assert_eq!(decrease.linear, 0.0, "x = 0 is already optimal");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn solve_riccati(
     dynamics: &Matrices,
     cost: &Matrices,
@@ -53,6 +66,26 @@ pub fn solve_riccati(
 ///
 /// # Errors
 /// The step at which `Q_uu` is not positive definite on the controls that are free.
+///
+/// ```
+/// use supple_lqg::{ControlBounds, Knots, Limits, Lq, Matrices, Policy, Regularisation, solve_limited};
+///
+/// // One step of x+ = x + u about 0, where the cost has the slope 4 in u: the minimum, u = -2, violates a bound.
+/// let mut knots = Knots::linear(1, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// knots.cost.set(0, 1, 2, 4.0);
+/// let (bounds, controls) = (ControlBounds::new(&[(-1.0, 1.0)]), Matrices::vectors(1, 1));
+/// let lq = Lq {
+///     dynamics: &knots.dynamics,
+///     cost: &knots.cost,
+///     regularisation: Regularisation::default(),
+///     limits: Some(Limits::Bounds(&bounds, &controls)),
+///     with_value: true,
+/// };
+/// let mut policy = Policy::zeros(knots.dimensions, 1);
+/// solve_limited(lq, &mut policy).map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// assert_eq!((policy.feedforward.get(0, 0, 0), policy.clamped[0]), (-1.0, true));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
     dispatch(Sweep { lq, policy })
 }

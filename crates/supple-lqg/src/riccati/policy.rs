@@ -6,6 +6,8 @@ use super::products::Products;
 use crate::knots::Dimensions;
 
 /// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
+///
+/// Example: [`solve_riccati`](crate::solve_riccati).
 #[derive(Clone, Debug)]
 pub struct Policy {
     /// Feedback `K`, m x n, N of them.

@@ -13,6 +13,25 @@ use super::policy::Policy;
 /// ```
 ///
 /// Vectors `w` hold m numbers of each of N steps.
+///
+/// ```
+/// use supple_lqg::{Knots, Matrices, Policy, Regularisation, Rooted, solve_riccati};
+///
+/// let mut knots = Knots::linear(1, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// knots.cost.set(0, 1, 2, 4.0); // the slope in u
+/// let mut policy = Policy::zeros(knots.dimensions, 1);
+/// policy.keep_roots();
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
+///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+///
+/// // The steepest descent step, w = -g, is the feedforward of the sweep.
+/// let rooted = Rooted::of(&knots.dynamics, &policy).ok_or("the policy keeps its roots")?;
+/// let down: Vec<f64> = rooted.slope().iter().map(|g| -g).collect();
+/// let mut step = Matrices::vectors(1, 1);
+/// rooted.feed_forward(&down, &mut step);
+/// assert!((step.get(0, 0, 0) - policy.feedforward.get(0, 0, 0)).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Rooted<'a> {
     dynamics: &'a Matrices,

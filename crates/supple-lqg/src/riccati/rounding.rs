@@ -12,6 +12,19 @@ use crate::noise::Noise;
 /// Each step adds the rounding of the terms it sums, and propagates the error of later steps through `A + B K` on
 /// both sides. The error grows if the optimal law lets motions grow that cost nothing, as for controls without a price
 /// with an initial inverse response.
+///
+/// ```
+/// use supple_lqg::{Knots, Noise, Policy, Regularisation, constant, least_cost_rounding, solve_riccati};
+///
+/// let knots = Knots::linear(50, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let mut policy = Policy::zeros(knots.dimensions, knots.steps());
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
+///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// let one = constant(&[[1.0]]);
+/// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+/// assert!(least_cost_rounding(&knots, &policy, &noise) < 1e-9, "the least cost is about 41");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn least_cost_rounding(knots: &Knots, policy: &Policy, noise: &Noise) -> f64 {
     let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());

@@ -7,8 +7,14 @@ use crate::Value;
 use crate::parameters::Parameters;
 
 /// `sqrt(r^2 + s^2) - s`: approximately `|r|` for `|r|` well above `s`
+///
+/// Example: the [module](crate::cost).
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "schema",
+    schemars(description = "`sqrt(r^2 + s^2) - s`: approximately `|r|` for `|r|` well above `s`")
+)]
 #[serde(deny_unknown_fields)]
 pub struct Absolute {
     /// `s`, in the residual's unit, above 0.

@@ -1,4 +1,18 @@
 //! Costs: `l(x, u) = sum of terms`, each a weight times a norm of a quantity's distance from its targets.
+//!
+//! # Norms
+//!
+//! ```
+//! use supple_model::Value;
+//! use supple_model::cost::{Absolute, Cost, Quadratic};
+//! use supple_model::quantity::State;
+//!
+//! // A residual of 3 and 4: the sum of its squares, and approximately the sum of its absolute values.
+//! let squares = Cost::new(State::new([0, 1]), 1.0).with_norm(Quadratic);
+//! let absolute = Cost::new(State::new([0, 1]), 1.0).with_norm(Absolute { smoothing: Value::Number(1e-3) });
+//! assert_eq!(squares.of_residual(&[3.0_f64, 4.0], &[], false), 25.0);
+//! assert!((absolute.of_residual(&[3.0_f64, 4.0], &[], false) - 7.0).abs() < 0.01);
+//! ```
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -25,6 +39,8 @@ pub use norms::Norms;
 pub use square::Quadratic;
 
 /// The weights of a residual's entries in a stage or in the final cost.
+///
+/// Example: [`Cost`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Weights {
     /// One weight for all entries.
@@ -275,6 +291,11 @@ impl File {
 }
 
 /// The names of all kinds of cost, as files write them: all quantities, and `quadratic`.
+///
+/// ```
+/// let kinds = supple_model::cost::kinds(&supple_model::Kinds::default().quantities);
+/// assert!(kinds.contains(&"joint_position") && kinds.contains(&"quadratic"));
+/// ```
 #[must_use]
 pub fn kinds(quantities: &Kinds) -> Vec<&'static str> {
     let mut kinds: Vec<_> = quantities.names().into_iter().chain([quadratic::NAME]).collect();
@@ -286,6 +307,17 @@ pub fn kinds(quantities: &Kinds) -> Vec<&'static str> {
 ///
 /// # Errors
 /// If there is no such kind, or the table is invalid or does not fit the model.
+///
+/// Such a table in a task file:
+///
+/// ```toml
+/// [[tasks.costs]]
+/// kind = "frame_point"
+/// frame = "handle"
+/// axes = ["x", "y"]
+/// target = [0.5, 0.1]
+/// weight = 1.0
+/// ```
 pub fn read(
     (kind, table): (&str, Reader),
     (document, at): (&Document, &[Place]),
@@ -312,6 +344,8 @@ pub fn read(
 }
 
 /// The schema of each kind's table, by name.
+///
+/// It merges keys like the example of [`merged`].
 #[cfg(feature = "schema")]
 pub fn schemas(
     quantities: &Kinds,

@@ -62,6 +62,8 @@ pub trait NormKind: Debug + Send + Sync + 'static {
 }
 
 /// How a kind of norm is read from a task file.
+///
+/// Example: [`Kinds`](crate::Kinds).
 pub trait NormFile: NormKind + Sized {
     /// Its settings; [`NoKeys`](super::NoKeys) if it has none.
     type File: for<'de> Deserialize<'de> + Described;
@@ -71,6 +73,8 @@ pub trait NormFile: NormKind + Sized {
 }
 
 /// A function that converts a residual to a cost; any [`NormKind`] can be converted to it by `into`.
+///
+/// Example: [`NormKind`].
 #[derive(Clone, Debug)]
 pub struct Norm(Arc<dyn Kind>);
 

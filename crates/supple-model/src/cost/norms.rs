@@ -10,6 +10,8 @@ use super::{Absolute, Quadratic};
 use crate::document::{Document, FileError, Place, ReadError, Registry, Variant};
 
 /// The norms that task files may name.
+///
+/// Example: [`Kinds`](crate::Kinds).
 #[derive(Clone, Debug)]
 pub struct Norms(Registry<fn(Variant) -> Result<Norm, ReadError>>);
 

@@ -4,6 +4,8 @@ use supple_kernels::graph::Node;
 use super::{NoKeys, NormFile, NormKind};
 
 /// `r^2`
+///
+/// Example: the [module](crate::cost).
 #[derive(Clone, Copy, Debug)]
 pub struct Quadratic;
 

@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// A value or a key, with its byte range in the text. Comparisons ignore the range.
+///
+/// Example: the [module](crate::document).
 #[derive(Clone, Debug)]
 pub struct Spanned<T> {
     value: T,
@@ -57,9 +59,13 @@ impl Borrow<str> for Spanned<Cow<'_, str>> {
 }
 
 /// The entries of a table by key.
+///
+/// Example: the [module](crate::document).
 pub type Table<'a> = BTreeMap<Spanned<Cow<'a, str>>, Spanned<Content<'a>>>;
 
 /// A value of a parsed file. Numbers are kept as written, so that code reading one can report that it is too large.
+///
+/// Example: the [module](crate::document).
 #[derive(Clone, Debug)]
 pub enum Content<'a> {
     /// Text.

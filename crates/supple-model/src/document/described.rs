@@ -2,6 +2,8 @@
 
 /// Keys that can be described to editors. With the feature `schema` these are the types that implement
 /// `schemars::JsonSchema`; without it, all types are.
+///
+/// Example: [`Registry`](crate::document::Registry).
 #[cfg(feature = "schema")]
 #[diagnostic::on_unimplemented(
     message = "the keys of a kind need a JSON schema, as the feature `schema` is on",

@@ -1,4 +1,25 @@
 //! Parsed files whose errors name file, line and key.
+//!
+//! # A file with one key
+//!
+//! ```
+//! use serde::Deserialize;
+//! use supple_model::document::{Content, Document, Spanned, Table};
+//!
+//! // What a parser makes of a file; each key and value has its byte range.
+//! let text = "weight = 2.0";
+//! let weight = (Spanned::new(0..6, "weight".into()), Spanned::new(9..12, Content::Decimal("2.0".into())));
+//! let document = Document::new("cost.toml", text, Table::from([weight]));
+//! assert_eq!(document.read::<f64>(&["weight".into()])?, 2.0);
+//!
+//! // The same in two steps.
+//! let value = document.get(&["weight".into()]).ok_or("there is no weight")?;
+//! assert_eq!(f64::deserialize(document.reader(value))?, 2.0);
+//!
+//! let error = document.error(&["weight".into()], "must be below 1");
+//! assert_eq!((error.line, error.key.as_str()), (1, "weight"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod content;
 mod described;
@@ -32,6 +53,8 @@ use crate::value::{Names, as_key};
 use read_error::join;
 
 /// A step on the way to a place in a file.
+///
+/// Example: the [module](crate::document).
 #[derive(Clone, Copy, Debug)]
 pub enum Place<'a> {
     /// To the value of a key.
@@ -53,6 +76,8 @@ impl From<usize> for Place<'_> {
 }
 
 /// A parsed file in which every value has its position.
+///
+/// Example: the [module](crate::document).
 pub struct Document<'a> {
     name: &'a str,
     text: &'a str,

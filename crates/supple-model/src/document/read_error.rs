@@ -7,6 +7,8 @@ use serde::de::{self, Unexpected};
 use supple_text::{nearest, quoted};
 
 /// Why a value could not be read, and where in it.
+///
+/// Example: the [module](crate::document).
 #[derive(Debug)]
 pub struct ReadError {
     /// The path from the value being read to the offending one.

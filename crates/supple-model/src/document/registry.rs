@@ -4,6 +4,16 @@ use schemars::{Schema, SchemaGenerator};
 use super::Described;
 
 /// A registry of kinds by their names in files: how each is read, and the schema of its keys.
+///
+/// ```
+/// use supple_model::document::{NoKeys, Registry};
+///
+/// // Kinds of joints with their degrees of freedom; in files they have no keys but `kind`.
+/// let mut joints = Registry::default();
+/// joints.add::<NoKeys>("hinge", 1);
+/// joints.add::<NoKeys>("ball", 3);
+/// assert_eq!((joints.names(), joints.get("ball")), (vec!["ball", "hinge"], Some(&3)));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Registry<R> {
     kinds: Vec<Kind<R>>,
@@ -55,7 +65,10 @@ impl<R> Registry<R> {
 }
 
 /// A kind without additional keys.
+///
+/// Example: [`Registry`].
 #[derive(Debug, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "A kind without additional keys."))]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}

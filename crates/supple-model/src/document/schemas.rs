@@ -5,6 +5,15 @@ use serde_json::{Value as Json, json};
 use super::noise::DEVIATION;
 
 /// One of several tables, distinguished by `kind`.
+///
+/// ```
+/// use serde_json::json;
+/// use supple_model::document::one_of;
+///
+/// let sphere = json!({ "type": "object", "properties": { "radius": { "type": "number" } }, "required": ["radius"] });
+/// let schema = one_of(vec![("sphere", sphere)]);
+/// assert_eq!(schema["oneOf"][0]["properties"]["kind"]["const"], "sphere");
+/// ```
 #[must_use]
 pub fn one_of(kinds: Vec<(&'static str, Json)>) -> Json {
     let tables = kinds.into_iter().map(|(kind, mut table)| {
@@ -19,12 +28,24 @@ pub fn one_of(kinds: Vec<(&'static str, Json)>) -> Json {
 }
 
 /// Schemas as JSON.
+///
+/// Example: [`merged`].
 #[must_use]
 pub fn plain(kinds: Vec<(&'static str, schemars::Schema)>) -> Vec<(&'static str, Json)> {
     kinds.into_iter().map(|(kind, schema)| (kind, schema.to_value())).collect()
 }
 
 /// The schema of a table that has the keys of both.
+///
+/// ```
+/// use schemars::json_schema;
+/// use supple_model::document::{merged, plain};
+///
+/// let own = json_schema!({ "properties": { "select": { "type": "string" } }, "required": ["select"] });
+/// let common = json_schema!({ "properties": { "weight": { "type": "number" } }, "required": ["weight"] });
+/// let schemas = plain(vec![("state", merged(own, &common))]);
+/// assert_eq!(schemas[0].1["required"], serde_json::json!(["select", "weight"]));
+/// ```
 #[must_use]
 pub fn merged(mut own: schemars::Schema, common: &schemars::Schema) -> schemars::Schema {
     let object = own.ensure_object();
@@ -41,6 +62,15 @@ pub fn merged(mut own: schemars::Schema, common: &schemars::Schema) -> schemars:
 }
 
 /// Allows a standard deviation instead of the variance in a table.
+///
+/// ```
+/// use schemars::json_schema;
+/// use supple_model::document::{plain, with_deviation};
+///
+/// let sensor = json_schema!({ "properties": { "variance": { "type": "number" } }, "required": ["variance"] });
+/// let schemas = plain(vec![("state", with_deviation(sensor))]);
+/// assert_eq!(schemas[0].1["properties"]["deviation"]["type"], "number");
+/// ```
 pub fn with_deviation(mut schema: schemars::Schema) -> schemars::Schema {
     let object = schema.ensure_object();
     if let Some(properties) = object.get_mut("properties").and_then(Json::as_object_mut)

@@ -16,6 +16,8 @@ use crate::scene::Picture;
 use crate::system::{Authored, System};
 
 /// The source of an entry of a measurement.
+///
+/// Example: [`Equipment`].
 #[derive(Clone, Debug)]
 pub enum Entry {
     /// The model's own measurement with this index.
@@ -27,6 +29,18 @@ pub enum Entry {
 }
 
 /// The measurements that replace a model's own: first those of the model that are kept, then those from a catalogue.
+///
+/// ```
+/// use supple_model::model::{Entry, Equipment};
+/// use supple_model::noise::Covariance;
+/// use supple_model::{Channel, Value};
+///
+/// // The second of two measurements is kept; the first is replaced by one with less noise.
+/// let laser = (Entry::Own(0), Channel::new("x1 by laser", "m"), Value::Number(1e-4));
+/// let equipment = Equipment { own: 2, kept: vec![1], added: vec![laser] };
+/// let found = equipment.covariance(&Covariance::diagonal([0.1, 0.2]));
+/// assert_eq!(found, Ok(Covariance::diagonal([0.2, 1e-4])));
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Equipment {
     /// How many measurements the model itself has.
@@ -101,6 +115,12 @@ impl Equipment {
 
 /// A state that keeps what an entry of a quantity was in the last step, for sensors of what depends on the control
 /// (theory, equation R.28).
+///
+/// A sensor in a task file whose measurement such a state keeps:
+///
+/// ```toml
+/// sensors = [{ kind = "joint_acceleration", select = ["elbow"], variance = 1e-2 }]
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recalled {
     /// Its name and unit.

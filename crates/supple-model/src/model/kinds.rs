@@ -50,6 +50,16 @@ pub struct Kinds {
 }
 
 /// The source from which a model is read.
+///
+/// The table of a task file that it reads, with a parameter in place of a number:
+///
+/// ```toml
+/// [model]
+/// kind = "two_mass"
+/// mass = [0.8, 0.4]
+/// damping = [60.0, 35.0]
+/// stiffness = ["stiffness", 200.0]
+/// ```
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// The task file.

@@ -8,8 +8,14 @@ use crate::Value;
 use crate::parameters::Parameters;
 
 /// A linear time-invariant model: `x+ = A x + B u`, `y = C x`, already in discrete time.
+///
+/// Example: the [module](crate::model).
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "schema",
+    schemars(description = "A linear time-invariant model: `x+ = A x + B u`, `y = C x`, already in discrete time.")
+)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct Linear {

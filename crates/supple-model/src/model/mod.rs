@@ -4,6 +4,23 @@
 //! bodies -> compliance -> kinds -> robot        parts of robots, and other kinds that files may name
 //!                         linear, recorded, two_mass
 //! ```
+//!
+//! # A linear model
+//!
+//! ```
+//! use supple_model::system::{Authored, System};
+//! use supple_model::{Linear, Value};
+//!
+//! let row = |entries: &[f64]| entries.iter().map(|&entry| Value::Number(entry)).collect::<Vec<_>>();
+//! let model = Linear {
+//!     A: vec![row(&[1.0, 0.1]), row(&[0.0, 1.0])],
+//!     B: vec![row(&[0.0]), row(&[0.1])],
+//!     C: vec![row(&[1.0, 0.0])],
+//! };
+//! let mut next = [0.0; 2];
+//! Authored::new(model, Vec::new(), 0.1, 0).step(0, &[0.0, 1.0], &[2.0], &[], &mut next);
+//! assert!((next[0] - 0.1).abs() < 1e-12 && (next[1] - 1.2).abs() < 1e-12);
+//! ```
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -42,6 +59,8 @@ pub use start::{PoseFile, Start};
 pub use two_mass::TwoMass;
 
 /// How a model is read from a task file.
+///
+/// Most models implement [`PlainFile`] instead, which has an example.
 pub trait ModelFile: Model + Clone {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
@@ -98,6 +117,8 @@ pub trait ModelFile: Model + Clone {
 }
 
 /// A model whose whole table serde can read.
+///
+/// Example: `tests/outsider/src/cart_pole.rs` of the repository.
 pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + Described {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
@@ -126,6 +147,8 @@ impl<M: PlainFile> ModelFile for M {
 }
 
 /// A model read from a file, of whatever kind.
+///
+/// Example: [`Source`] reads one from the table shown there.
 pub trait AnyModel {
     /// Its sizes.
     fn dimensions(&self) -> Dimensions;

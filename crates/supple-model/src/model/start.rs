@@ -3,6 +3,14 @@
 use serde::Deserialize;
 
 /// How a task specifies the start of a robot.
+///
+/// In a task file, by a keyframe of the robot file and the value of one state:
+///
+/// ```toml
+/// [tasks.initial_state]
+/// key = "home"
+/// "q.elbow" = 0.3
+/// ```
 pub struct Start<'a> {
     /// Name of a keyframe.
     pub key: Option<&'a str>,
@@ -15,8 +23,16 @@ pub struct Start<'a> {
 }
 
 /// The pose of a robot's frame at the start of a task.
+///
+/// In a task file:
+///
+/// ```toml
+/// [tasks.initial_state]
+/// pose = { frame = "tool", position = [0.4, 0.0, 0.3], rpy = [3.1416, 0.0, 0.0] }
+/// ```
 #[derive(Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "The pose of a robot's frame at the start of a task."))]
 #[serde(deny_unknown_fields)]
 pub struct PoseFile {
     /// Name of the frame or link.

@@ -19,8 +19,16 @@ use crate::scene::{ConnectionKind, Landmark, LandmarkKind, Picture, PlacedBody, 
 /// x2+ = x2 + dt v2    v2+ = v2 + dt/m2 (-b2 v2 + k1 (x1 - x2) - k2 (x2 - xw)_+)    xw+ = xw
 /// y   = [x1, k1 (x2 - x1)]
 /// ```
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "schema",
+    schemars(
+        description = "Two masses on a line, coupled by a spring; the second meets a wall of uncertain position."
+    )
+)]
 #[serde(deny_unknown_fields)]
 pub struct TwoMass {
     /// Masses m1 and m2, kg.

@@ -13,6 +13,8 @@ pub use named::{NamedVariance, WrongName};
 pub use varying::{VaryingNoise, VaryingVariance};
 
 /// A covariance matrix whose entries are values: its diagonal, or all of it; or one matrix of numbers per step.
+///
+/// Example: [`NoiseModel`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Covariance {
     /// Variances on the diagonal; all other entries are 0.
@@ -144,6 +146,21 @@ impl Covariance {
 }
 
 /// The noise of a task.
+///
+/// ```
+/// use supple_model::noise::{Covariance, Noise, NoiseModel};
+/// use supple_model::parameters::{Parameter, Parameters};
+///
+/// // Two states and a sensor whose variance, m^2, is a parameter.
+/// let mut parameters = Parameters::default();
+/// let variance = parameters.declare(Parameter::new("variance", 1e-4, [1e-6, 1e-2]).with_unit("m^2"));
+/// let (initial, process) = (Covariance::diagonal([1e-2, 1e-2]), Covariance::diagonal([0.0, 1e-3]));
+/// let model = NoiseModel::new(initial, process, Covariance::diagonal([variance]));
+/// let mut noise = Noise::zeros(2, 1);
+/// model.resolve(&parameters.initial(), &mut noise)?;
+/// assert_eq!((noise.process.get(0, 1, 1), noise.measurement.get(0, 0, 0)), (1e-3, 1e-4));
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct NoiseModel {
     /// `X_0`, n x n: covariance of the first state.
@@ -253,6 +270,11 @@ impl NoiseModel {
 ///
 /// # Errors
 /// If it is not: the order of its first leading block that is indefinite.
+///
+/// ```
+/// let indefinite = supple_lqg::constant(&[[1.0, 2.0], [2.0, 1.0]]);
+/// assert_eq!(supple_model::noise::refuse_indefinite(&indefinite, 0), Err(2));
+/// ```
 pub fn refuse_indefinite(matrix: &Matrices, index: usize) -> Result<(), usize> {
     let n = matrix.rows();
     let scale: Vec<f64> = (0..n).map(|i| matrix.get(index, i, i).abs().sqrt()).collect();
@@ -275,6 +297,12 @@ pub fn refuse_indefinite(matrix: &Matrices, index: usize) -> Result<(), usize> {
 ///
 /// # Errors
 /// If the matrix is indefinite: the order of its first leading block that is indefinite.
+///
+/// ```
+/// // A singular covariance: its second column is 0.
+/// let factor = supple_model::noise::semidefinite_factor(&supple_lqg::constant(&[[4.0, 2.0], [2.0, 1.0]]), 0);
+/// assert_eq!(factor, Ok(vec![2.0, 0.0, 1.0, 0.0]));
+/// ```
 pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Result<Vec<f64>, usize> {
     let n = covariance.rows();
     let mut factor = vec![0.0; n * n];

@@ -8,8 +8,14 @@ use crate::{Channel, Channels, Value};
 
 /// A [`VaryingVariance`] of measurements and a state by name, as task files write it:
 /// `coefficient (state - center)^2` on top of the measurements' variances.
+///
+/// Example: [`WrongName`].
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "schema",
+    schemars(description = "`coefficient (state - center)^2` on top of the measurements' variances")
+)]
 #[serde(deny_unknown_fields)]
 pub struct NamedVariance {
     /// Names of the measurements, with * as a wildcard, whose variances depend on the state.
@@ -24,6 +30,20 @@ pub struct NamedVariance {
 }
 
 /// What is wrong with a [`NamedVariance`].
+///
+/// ```
+/// use supple_model::noise::NamedVariance;
+/// use supple_model::parameters::Parameters;
+/// use supple_model::{Channels, Dimensions};
+///
+/// let size = Dimensions { states: 1, controls: 1, measurements: 2 };
+/// let channels = Channels::plain(vec!["x1".to_owned()], size);
+/// let (measurement, state) = (vec!["y*".to_owned()], "x2".to_owned());
+/// let varying = NamedVariance { measurement, state, center: 0.0.into(), coefficient: 0.1.into() };
+/// let wrong = varying.find(&channels, &Parameters::default()).err().ok_or("there is no state `x2`")?;
+/// assert_eq!((wrong.key, wrong.entry), ("state", None));
+/// # Ok::<(), &'static str>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct WrongName {
     /// The key.

@@ -8,6 +8,15 @@ use crate::Value;
 /// ```text
 /// V_jj(x) = V_jj + coefficient (x_i - center)^2
 /// ```
+///
+/// ```
+/// use supple_model::noise::{VaryingNoise, VaryingVariance};
+///
+/// // The variance of measurement 0 grows with the distance of state 1 from 0.5.
+/// let camera = VaryingVariance { measurement: 0, state: 1, center: 0.5.into(), coefficient: 0.01.into() };
+/// let added = VaryingNoise::of(&camera, &[]).at(&[0.0, 2.5]);
+/// assert!((added - 0.04).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VaryingVariance {
     /// The measurement, j.
@@ -67,6 +76,8 @@ impl VaryingVariance {
 }
 
 /// The same at given parameters.
+///
+/// Example: [`VaryingVariance`].
 #[derive(Clone, Copy, Debug)]
 pub struct VaryingNoise {
     /// The measurement whose variance varies, from 0.

@@ -1,6 +1,8 @@
 use supple_text::digits;
 
 /// An error about the parameters of a problem.
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {

@@ -1,4 +1,25 @@
 //! Parameters: named numbers that designs and studies change.
+//!
+//! # A spring and a sensor
+//!
+//! ```
+//! use supple_model::parameters::{CatalogueEntry, Named, Parameter, ParameterError, Parameters, Price, Role, Scale};
+//!
+//! let stock = [300.0, 500.0].map(|value| CatalogueEntry { value, price: Some(12.0), name: None });
+//! let spring = Parameter::new("stiffness", 500.0, [100.0, 2000.0]).with_unit("N/m").with_scale(Scale::Log);
+//! let sensor = Parameter::new("variance", 1e-4, [1e-6, 1e-2]).with_price(Price::Inverse(1e-3));
+//! let payload = Parameter::new("payload", 1.0, [0.0, 5.0]).with_unit("kg").with_role(Role::Study);
+//! let parameters = Parameters::new(vec![spring.with_catalogue(stock.to_vec()), sensor, payload]);
+//!
+//! let mut phi = parameters.initial();
+//! parameters.set(&mut phi, "variance", 1e-3)?;
+//! assert_eq!(Named::new(&parameters, &phi).get("variance"), Some(1e-3));
+//! assert!((parameters.price(&phi) - 13.0).abs() < 1e-9, "12 for the spring, and 1 for the sensor");
+//! assert_eq!(parameters.design(), [0, 1], "only studies change the payload");
+//! let refused = parameters.set(&mut phi, "stiffness", 5.0);
+//! assert!(matches!(refused, Err(ParameterError::OutOfBounds { lower: 100.0, .. })));
+//! # Ok::<(), ParameterError>(())
+//! ```
 
 use serde::{Deserialize, Serialize};
 use supple_kernels::math;
@@ -15,6 +36,8 @@ pub use named::Named;
 pub use price::{Price, PriceReport};
 
 /// A named number that tasks and designs may change.
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Parameter {
     /// Its name.
@@ -38,6 +61,8 @@ pub struct Parameter {
 }
 
 /// An available value of a parameter.
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CatalogueEntry {
@@ -178,8 +203,11 @@ impl Parameter {
 }
 
 /// How the design search moves a parameter.
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "How the design search moves a parameter."))]
 #[serde(rename_all = "snake_case")]
 pub enum Scale {
     /// Linear.
@@ -220,8 +248,11 @@ impl Scale {
 }
 
 /// Who may change a parameter.
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "Who may change a parameter."))]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// The design search.
@@ -232,6 +263,8 @@ pub enum Role {
 }
 
 /// All parameters of a problem, in the order in which they were declared.
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Parameters(Vec<Parameter>);
 

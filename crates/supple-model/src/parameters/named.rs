@@ -7,6 +7,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::Parameters;
 
 /// Values by parameter name, in the order of declaration.
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Named(pub Vec<(String, f64)>);
 

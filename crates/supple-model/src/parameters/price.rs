@@ -7,8 +7,14 @@ use super::{Named, Parameter, Parameters, Role};
 use supple_text::digits;
 
 /// The price of a parameter's value `phi`, in the units of budgets (theory, equation N.9).
+///
+/// Example: the [module](crate::parameters).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "schema",
+    schemars(description = "The price of a parameter's value `phi`, in the units of budgets (theory, equation N.9).")
+)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Price {
     /// `c / phi`: if `phi` is a variance, the price of averaging several identical sensors.
@@ -95,6 +101,18 @@ impl Price {
 }
 
 /// Prices of a design.
+///
+/// In results:
+///
+/// ```json
+/// {
+///   "total": 13.0,
+///   "budget": 20.0,
+///   "weight_nats_per_unit": 0.0,
+///   "objective_nats": 24.3,
+///   "parameters": { "stiffness": 12.0, "variance": 1.0 }
+/// }
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PriceReport {
     /// The sum, in units of the budget.

@@ -13,6 +13,8 @@ use crate::parameters::Parameters;
 use crate::physics::Point;
 
 /// A quantity of any kind: every [`Measurable`] can be converted to it by `into`.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug)]
 pub struct Quantity(Arc<dyn Kind>);
 

@@ -7,6 +7,12 @@ use crate::channels::Channel;
 use crate::physics::{CENTER_OF_MASS, Point};
 
 /// The centre of mass of all links in the world, m.
+///
+/// As a cost in a task file:
+///
+/// ```toml
+/// costs = [{ kind = "center_of_mass", axes = ["x"], target = 0.1, weight = 1.0 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct CenterOfMass {
     /// Places of its selected coordinates among the model's signals.

@@ -6,6 +6,12 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Distance between a contact's body and its wall, negative if the body penetrates it, m.
+///
+/// As a limit in a task file:
+///
+/// ```toml
+/// limits = [{ kind = "clearance", contact = "floor", lower = 0.0, enforce = true }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct Clearance {
     /// Place of the depth among the model's signals.

@@ -8,6 +8,8 @@ use crate::parameters::Parameters;
 use crate::physics::Point;
 
 /// The normal force of a contact, N; with a smoothing `1/2 (sqrt(F^2 + smoothing^2) + F)`, which never pulls.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug)]
 pub struct ContactForce {
     signal: usize,

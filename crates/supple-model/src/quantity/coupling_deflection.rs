@@ -7,6 +7,12 @@ use crate::physics::Point;
 
 /// How far an element of compliance is from rest, m and rad: `deflection` of springs and elastic joints; of bushings
 /// `deflection_x`, `_y` and `_z` in the half-way frame, and `deflection_roll`, `_pitch` and `_yaw`.
+///
+/// As a limit in a task file:
+///
+/// ```toml
+/// limits = [{ kind = "coupling_deflection", coupling = "gripper", select = ["deflection_x"], upper = 2e-3 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct CouplingDeflection {
     selected: Vec<usize>,

@@ -6,6 +6,12 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Forces and torques in an element of compliance, N and N m: what a force/torque sensor in it measures.
+///
+/// As a sensor in a task file:
+///
+/// ```toml
+/// sensors = [{ kind = "coupling_force", coupling = "gripper", select = ["force_z"], variance = 0.2 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct CouplingForce {
     selected: Vec<usize>,

@@ -6,6 +6,12 @@ use crate::channels::Channel;
 use crate::physics::{EFFORT, Point};
 
 /// Torques or forces that drives exert on what they drive, N m or N. It depends on the control.
+///
+/// As a limit in a task file:
+///
+/// ```toml
+/// limits = [{ kind = "drive_effort", select = ["elbow"], lower = -40.0, upper = 40.0 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct DriveEffort {
     /// Places among the model's drives.

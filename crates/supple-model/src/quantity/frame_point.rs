@@ -6,6 +6,12 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// The origin of a frame in the world, m.
+///
+/// As a cost in a task file:
+///
+/// ```toml
+/// costs = [{ kind = "frame_point", frame = "handle", axes = ["x", "y"], target = [0.5, 0.1], weight = 1.0 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct FramePoint {
     /// Places of its selected coordinates among the model's signals.

@@ -8,6 +8,12 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Position of a frame in the world, m, and its rotation from a reference orientation, rad, optionally times `lever`.
+///
+/// As a cost in a task file:
+///
+/// ```toml
+/// costs = [{ kind = "frame_pose", frame = "tool", rpy = [0.0, 1.57, 0.0], target = [0.5, 0.0, 0.3], weight = 1.0 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct FramePose {
     point: FramePoint,

@@ -8,6 +8,12 @@ use crate::physics::Point;
 
 /// Rotation of a frame from a reference orientation in the world, rad: half the skew part of `R_reference' R`, the sine of
 /// the angle along the axis.
+///
+/// As a sensor in a task file:
+///
+/// ```toml
+/// sensors = [{ kind = "frame_turn", frame = "tool", reference = [0.0, 1.57, 0.0], variance = 1e-4 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct FrameTurn {
     /// Place of the frame's x among the model's signals; y, z and the rotation matrix by rows follow.

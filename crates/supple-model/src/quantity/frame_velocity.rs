@@ -9,6 +9,12 @@ use crate::physics::{FRAME_SIGNALS, Point};
 const FIRST: usize = 12;
 
 /// Velocity of a frame's origin, m/s, and angular velocity of the frame, rad/s, in the axes of the world.
+///
+/// As a limit in a task file:
+///
+/// ```toml
+/// limits = [{ kind = "frame_velocity", frame = "tool", select = ["vx", "vy"], lower = -0.25, upper = 0.25 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct FrameVelocity {
     selected: Vec<usize>,

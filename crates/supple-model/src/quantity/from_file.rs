@@ -7,6 +7,12 @@ use crate::channels::Channel;
 use crate::physics::{Point, Sensed};
 
 /// The quantities that sensors of the robot file measure, in their units.
+///
+/// As a sensor in a task file:
+///
+/// ```toml
+/// sensors = [{ kind = "file", select = ["elbow_encoder"], variance = 1e-6 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct FromFile {
     sensors: Vec<Quantity>,

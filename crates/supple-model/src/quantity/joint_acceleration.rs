@@ -7,6 +7,12 @@ use crate::physics::Point;
 
 /// Accelerations of joints, rad/s^2 or m/s^2: by how much their velocities change over a time step. They depend on the
 /// control; an accelerometer measures those of the last step.
+///
+/// As a cost in a task file:
+///
+/// ```toml
+/// costs = [{ kind = "joint_acceleration", select = ["elbow"], weight = 1e-4 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct JointAcceleration {
     /// Places of the velocities among the states.

@@ -6,6 +6,12 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Positions of joints, or of motors of elastic joints, rad or m.
+///
+/// As a sensor in a task file:
+///
+/// ```toml
+/// sensors = [{ kind = "joint_position", select = ["elbow"], side = "motor", variance = 1e-6 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct JointPosition {
     /// Places of states.

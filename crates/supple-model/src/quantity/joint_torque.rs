@@ -6,6 +6,12 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Torques or forces through the springs of elastic joints, N m or N.
+///
+/// As a sensor in a task file:
+///
+/// ```toml
+/// sensors = [{ kind = "joint_torque", select = ["elbow"], variance = 1e-2 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct JointTorque {
     /// Places among the model's signals.

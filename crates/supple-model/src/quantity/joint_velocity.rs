@@ -6,6 +6,12 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Velocities of joints, or of motors of elastic joints, rad/s or m/s.
+///
+/// As a cost in a task file:
+///
+/// ```toml
+/// costs = [{ kind = "joint_velocity", weight = 1e-3 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct JointVelocity {
     /// Places of states.

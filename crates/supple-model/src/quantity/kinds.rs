@@ -7,6 +7,39 @@ use crate::document::{Described, Document, FileError, Place, ReadError, Reader, 
 use crate::parameters::Parameters;
 
 /// How a kind of quantity is read from a task file.
+///
+/// With the [`Measurable`] of its own example:
+///
+/// ```
+/// use supple_model::quantity::{Known, Measurable, NoKeys, QuantityFile, Unfit, Vocabulary};
+/// use supple_model::{Channel, Kinds, Point, Scalar};
+///
+/// /// The speed of a body whose velocity components are the states `vx` and `vy`.
+/// #[derive(Debug)]
+/// struct Speed { velocity: [usize; 2] }
+///
+/// impl QuantityFile for Speed {
+///     type File = NoKeys;
+///     fn build(_: NoKeys, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+///         Ok(Self { velocity: [vocabulary.state("kind", "vx")?, vocabulary.state("kind", "vy")?] })
+///     }
+/// }
+/// # impl Measurable for Speed {
+/// #     const NAME: &'static str = "speed";
+/// #     fn len(&self) -> usize {
+/// #         1
+/// #     }
+/// #     fn channels(&self, _: &Vocabulary) -> Vec<Channel> {
+/// #         vec![Channel::new("speed", "m/s")]
+/// #     }
+/// #     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {
+/// #         let [vx, vy] = self.velocity.map(|place| at.x[place]);
+/// #         out[0] = (vx.square() + vy.square() + 1e-6).sqrt();
+/// #     }
+/// # }
+///
+/// assert!(Kinds::default().with_quantity::<Speed>().quantities().contains(&"speed"));
+/// ```
 pub trait QuantityFile: Measurable + Sized {
     /// The keys of its table, except `kind` and those of its use as a sensor, cost, limit or curve.
     type File: for<'de> Deserialize<'de> + Described;
@@ -32,6 +65,11 @@ struct Reads {
 }
 
 /// The kinds of quantity that task files may name.
+///
+/// ```
+/// let kinds = supple_model::quantity::Kinds::default();
+/// assert!(kinds.names().contains(&"contact_force") && kinds.is_of_control("power"));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Kinds(Registry<Reads>);
 
@@ -67,6 +105,8 @@ impl Kinds {
 }
 
 /// Context for reading a quantity: the kinds that exist, and what it may refer to.
+///
+/// For an example of what it reads, see [`read_sensor`](crate::quantity::read_sensor).
 #[derive(Clone, Copy, Debug)]
 pub struct Context<'a> {
     /// The kinds that the file may name.

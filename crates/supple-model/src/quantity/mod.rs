@@ -2,6 +2,39 @@
 //!
 //! To add a kind, write one file and one line in the list at the end of this file; kinds of other crates are added to
 //! [`Kinds`](crate::Kinds).
+//!
+//! # Numbers of quantities
+//!
+//! ```
+//! use supple_model::quantity::{ContactForce, Known, Penetration, Quantity, Sensor, Signal};
+//! use supple_model::quantity::{StateAndControl, Vocabulary};
+//! use supple_model::{Model, Point, TwoMass};
+//!
+//! let model = TwoMass {
+//!     mass: [0.8.into(), 0.4.into()],
+//!     damping: [60.0.into(), 35.0.into()],
+//!     stiffness: [300.0.into(), 200.0.into()],
+//!     contact_smoothing: 0.0.into(),
+//! };
+//! let vocabulary = Vocabulary::of(&model);
+//! let force: Quantity = ContactForce::new(vocabulary.contact_signal(None, "contact_force")?).into();
+//! let depth: Quantity = Penetration::new(vocabulary.contact_signal(None, "penetration")?).into();
+//!
+//! // The second mass is 0.02 m inside the wall.
+//! let at: Point<f64> = Point { x: &[0.0, 0.0, 0.77, 0.0, 0.75], u: &[1.0], phi: &[], time_step: 0.02, w: &[] };
+//! let mut signals = [0.0; 2];
+//! model.signal(&at, &mut signals);
+//! let known = Known { signals: &signals, next: &[] };
+//! assert!((force.values(&at, &known)[0] - 4.0).abs() < 1e-9);
+//! assert!((depth.values(&at, &known)[0] - 0.02).abs() < 1e-9);
+//! assert_eq!(Quantity::from(Signal::new([0, 1])).values(&at, &known), signals);
+//! assert_eq!(Quantity::from(StateAndControl::new(5, 1)).values(&at, &known)[5], 1.0);
+//!
+//! // A sensor is a quantity with noise: here 0.1 N^2.
+//! let sensor = Sensor { channels: force.channels(&vocabulary), quantity: force, variances: vec![0.1.into()] };
+//! assert_eq!(sensor.channels[0].unit, "N");
+//! # Ok::<(), supple_model::quantity::Unfit>(())
+//! ```
 
 use std::fmt::Debug;
 
@@ -68,6 +101,8 @@ pub use state_and_control::StateAndControl;
 pub use vocabulary::{Unfit, Vocabulary};
 
 /// Inputs of quantities besides state, control and parameters.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Copy, Debug)]
 pub struct Known<'a, S> {
     /// The model's signals.

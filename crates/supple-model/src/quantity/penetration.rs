@@ -6,6 +6,8 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// Penetration depth of a contact, negative when apart, m.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug)]
 pub struct Penetration {
     signal: usize,

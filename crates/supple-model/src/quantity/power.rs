@@ -7,6 +7,12 @@ use crate::physics::{POWER, Point};
 
 /// Mechanical power of drives, W: the torque or force of each times the velocity of what it drives. It depends on the
 /// control.
+///
+/// As a curve in a task file:
+///
+/// ```toml
+/// curves = [{ kind = "power", select = ["elbow"] }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct Power {
     /// Places among the model's signals.

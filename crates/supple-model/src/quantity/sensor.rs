@@ -15,6 +15,8 @@ use crate::parameters::Parameters;
 use crate::value::OneOrMore;
 
 /// A quantity that is measured.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug)]
 pub struct Sensor {
     /// What it measures.
@@ -46,6 +48,14 @@ struct File {
 }
 
 /// The noise specification in the table of a sensor at a place.
+///
+/// In a task file, as a standard deviation, rad:
+///
+/// ```toml
+/// [[model.sensors]]
+/// kind = "joint_position"
+/// deviation = 1e-3
+/// ```
 pub struct Noise<'a> {
     document: &'a Document<'a>,
     at: &'a [Place<'a>],
@@ -83,6 +93,15 @@ impl<'a> Noise<'a> {
 ///
 /// # Errors
 /// Where the table is wrong, or does not fit the model.
+///
+/// Such a table in a task file:
+///
+/// ```toml
+/// [[model.sensors]]
+/// kind = "joint_torque"
+/// select = ["elbow"]
+/// variance = 1e-2
+/// ```
 pub fn read_sensor(
     (kind, table): (&str, Reader),
     (document, at): (&Document, &[Place]),
@@ -103,6 +122,8 @@ pub fn read_sensor(
 }
 
 /// The schema of each kind's table, by name.
+///
+/// It merges keys like the example of [`merged`].
 #[cfg(feature = "schema")]
 pub fn sensor_schemas(
     kinds: &Kinds,

@@ -6,6 +6,8 @@ use crate::channels::Channel;
 use crate::physics::{EFFORT, POWER, Point};
 
 /// Signals of the model: what it computes beside its states.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug)]
 pub struct Signal {
     selected: Vec<usize>,

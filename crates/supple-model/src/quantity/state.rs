@@ -6,6 +6,8 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// States, in their units.
+///
+/// Example: [`Cost`](crate::cost::Cost).
 #[derive(Clone, Debug)]
 pub struct State {
     selected: Vec<usize>,

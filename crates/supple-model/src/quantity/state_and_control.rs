@@ -5,6 +5,8 @@ use crate::channels::Channel;
 use crate::physics::Point;
 
 /// All states and all controls, stacked.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug)]
 pub struct StateAndControl {
     states: usize,

@@ -7,6 +7,8 @@ use crate::document::{Document, FileError, Place};
 use crate::physics::{FileSensor, Model, frame_signals, locked_message};
 
 /// What quantities may refer to: the names and sizes of the model.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug)]
 pub struct Vocabulary {
     /// Names and units of states and controls.
@@ -32,6 +34,8 @@ pub struct Vocabulary {
 }
 
 /// A table that does not fit its model: the key that is wrong, and what is valid.
+///
+/// Example: the [module](crate::quantity).
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{key}: {message}")]
 pub struct Unfit {

@@ -2,6 +2,40 @@
 //!
 //! A model that can be drawn gives a [`Picture`] at one point ([`Model::picture`](crate::Model::picture)); a [`Scene`]
 //! is the sequence of them along a plan, at no more than [`MOST_FRAMES`] times.
+//!
+//! # A moving ball
+//!
+//! ```
+//! use supple_model::scene::{Body, Connection, ConnectionKind, PointBelief, Scene, Shape, Solid, Track, Wall};
+//!
+//! let still = |point: [f64; 3]| Track::new(vec![point]);
+//! let path = Track::new(vec![[0.0, 0.0, 0.1], [0.5, 0.0, 0.1]]);
+//! let ball = Body {
+//!     name: "ball".to_owned(),
+//!     shapes: vec![Shape::at([0.0; 3], Solid::Sphere { radius: 0.1 })],
+//!     position: path.clone(),
+//!     rotation: Track::new(vec![[1.0, 0.0, 0.0, 0.0]]),
+//!     ..Body::default()
+//! };
+//! let spring = Connection {
+//!     name: "spring".to_owned(),
+//!     kind: ConnectionKind::Spring,
+//!     from: still([0.0; 3]),
+//!     to: path.clone(),
+//!     force: Track::new(vec![[0.0; 3], [-5.0, 0.0, 0.0]]),
+//!     torque: still([0.0; 3]),
+//! };
+//! let scene = Scene {
+//!     time: Track::new(vec![[0.0], [1.0]]),
+//!     size: 1.0,
+//!     bodies: vec![ball],
+//!     connections: vec![spring],
+//!     beliefs: vec![PointBelief { name: "centre".to_owned(), position: path, ..PointBelief::default() }],
+//!     walls: vec![Wall { name: "wall".to_owned(), position: still([0.7, 0.0, 0.0]), ..Wall::default() }],
+//! };
+//! assert_eq!(scene.bodies[0].position.at(1), Some(&[0.5, 0.0, 0.1]));
+//! assert!(scene.bodies[0].rotation.is_fixed());
+//! ```
 
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +52,8 @@ pub const MOST_FRAMES: usize = 101;
 
 /// A moving picture of a plan. All lengths are in m and in the axes of the world; rotations are quaternions
 /// `w, x, y, z` of length 1.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Time of each frame, s.
@@ -35,6 +71,8 @@ pub struct Scene {
 }
 
 /// A rigid body.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// Its name.
@@ -51,6 +89,8 @@ pub struct Body {
 }
 
 /// A simple shape on a body.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shape {
     /// What it is.
@@ -65,6 +105,8 @@ pub struct Shape {
 }
 
 /// A solid about its own centre.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Solid {
@@ -95,6 +137,15 @@ pub enum Solid {
 }
 
 /// A file with a mesh on a body.
+///
+/// ```
+/// use supple_model::scene::MeshFile;
+///
+/// // Vertices in mm.
+/// let scale = [1e-3; 3];
+/// let mesh = MeshFile { path: "link.stl".into(), position: [0.0; 3], rotation: [1.0, 0.0, 0.0, 0.0], scale };
+/// assert_eq!(mesh.path.extension().and_then(|end| end.to_str()), Some("stl"));
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeshFile {
     /// Where the file is, as the robot's file was named.
@@ -108,6 +159,8 @@ pub struct MeshFile {
 }
 
 /// What a connection is.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ConnectionKind {
@@ -120,6 +173,8 @@ pub enum ConnectionKind {
 }
 
 /// A spring, bushing or contact that exerts a force between two points.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Connection {
     /// Its name.
@@ -137,6 +192,8 @@ pub struct Connection {
 }
 
 /// Uncertainty of a point's position.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointBelief {
     /// Its name.
@@ -149,6 +206,8 @@ pub struct PointBelief {
 }
 
 /// A wall, drawn as a plate.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wall {
     /// Its name.
@@ -178,6 +237,12 @@ impl Shape {
 }
 
 /// The unit quaternion `w, x, y, z` of a rotation matrix by rows, with `w` at least 0 (Shepperd's method).
+///
+/// ```
+/// // Half a turn about x.
+/// let turned = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]];
+/// assert_eq!(supple_model::scene::quaternion(&turned), [0.0, 1.0, 0.0, 0.0]);
+/// ```
 #[must_use]
 pub fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
     // Four times the products of each entry with the largest one.
@@ -202,6 +267,11 @@ pub fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
 }
 
 /// A rotation, by rows, whose third column points along `axis`, of any non-zero length; along z if it is zero.
+///
+/// ```
+/// let rotation = supple_model::scene::turned_to([2.0, 0.0, 0.0]);
+/// assert_eq!(rotation.map(|row| row[2]), [1.0, 0.0, 0.0]);
+/// ```
 #[must_use]
 pub fn turned_to(axis: [f64; 3]) -> [[f64; 3]; 3] {
     use supple_robot::vector::{cross, dot, scale, sub};

@@ -1,6 +1,26 @@
 use super::{ConnectionKind, MeshFile, Pose, Shape};
 
 /// What a model looks like at one point.
+///
+/// ```
+/// use supple_model::scene::LandmarkKind;
+/// use supple_model::system::{Authored, System};
+/// use supple_model::TwoMass;
+///
+/// let model = TwoMass {
+///     mass: [0.8.into(), 0.4.into()],
+///     damping: [60.0.into(), 35.0.into()],
+///     stiffness: [300.0.into(), 200.0.into()],
+///     contact_smoothing: 0.0.into(),
+/// };
+/// let system = Authored::new(model, Vec::new(), 0.02, 0);
+/// let seen = system.picture(&[0.0, 0.0, 0.0, 0.0, 0.75], &[0.0], &[]).ok_or("it can be drawn")?;
+/// assert_eq!(seen.picture.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>(), ["m1", "m2"]);
+/// assert_eq!(seen.picture.connections[0].name, "spring");
+/// assert!(matches!(seen.picture.landmarks[1].kind, LandmarkKind::Wall { .. }));
+/// assert_eq!(seen.positions[1], [0.75, 0.0, 0.0]);
+/// # Ok::<(), &'static str>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
     /// A typical length of what is drawn, m.
@@ -14,6 +34,8 @@ pub struct Picture {
 }
 
 /// A body at its pose.
+///
+/// Example: [`Picture`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedBody {
     /// Its name.
@@ -27,6 +49,8 @@ pub struct PlacedBody {
 }
 
 /// A connection at one point.
+///
+/// Example: [`Picture`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedConnection {
     /// Its name.
@@ -44,6 +68,8 @@ pub struct PlacedConnection {
 }
 
 /// A point with uncertain position.
+///
+/// Example: [`Picture`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmark {
     /// Its name.
@@ -53,6 +79,8 @@ pub struct Landmark {
 }
 
 /// What a landmark is.
+///
+/// Example: [`Picture`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LandmarkKind {
     /// A point of a body.
@@ -67,6 +95,8 @@ pub enum LandmarkKind {
 }
 
 /// A picture with the positions of its landmarks and their derivatives with respect to the state.
+///
+/// Example: [`Picture`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seen {
     /// The picture.

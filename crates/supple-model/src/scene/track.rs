@@ -6,6 +6,8 @@ use serde_json::value::RawValue;
 ///
 /// Numbers are rounded to seven digits of the largest one, which is invisible and keeps files small. In JSON it is a
 /// list of lists (of plain numbers for `N = 1`) on one line; numbers that are not finite are `null` there.
+///
+/// Example: the [module](crate::scene).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track<const N: usize>(pub Vec<[f64; N]>);
 
@@ -70,6 +72,12 @@ impl<'de, const N: usize> Deserialize<'de> for Track<N> {
 const EXACT_POWERS: usize = 22;
 
 /// Rounds to seven digits of the largest number.
+///
+/// ```
+/// let mut entries = [0.1 + 0.2];
+/// supple_model::scene::round(&mut entries);
+/// assert_eq!(entries, [0.3]);
+/// ```
 pub fn round(entries: &mut [f64]) {
     let finite = entries.iter().map(|entry| entry.abs()).filter(|entry| entry.is_finite());
     let largest = finite.fold(0.0, f64::max);

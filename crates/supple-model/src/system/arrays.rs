@@ -6,6 +6,8 @@ use supple_lqg::Error;
 
 /// The numbers of a linear problem over N steps. Each array has as many matrices as there are steps, or one that is
 /// [constant](Matrices::constant); vectors are matrices of one row.
+///
+/// Example: [`Sequence`](crate::system::Sequence).
 #[derive(Clone, Debug)]
 #[allow(non_snake_case)]
 pub struct Arrays {

@@ -25,6 +25,8 @@ use crate::{Channels, Limit, Model, ParameterHandle, Point, Value};
 ///
 /// The physics is recorded as a graph, differentiated there, and compiled to one program per function; each program is
 /// compiled on first use. Programs are the same at every step.
+///
+/// Example: the [front page](crate).
 #[derive(Debug)]
 pub struct Authored<M> {
     pub(super) model: M,

@@ -4,6 +4,8 @@ use super::Points;
 use crate::Channel;
 
 /// One side of an enforced limit.
+///
+/// Example: [`Constraints`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptEnd {
     /// What is limited.
@@ -16,6 +18,27 @@ pub struct KeptEnd {
 ///
 /// Bounds on numbers that depend on the control apply at stages 0 to N - 1, the others at 1 to N: the first state is
 /// given. Where a bound does not apply, its excess is minus infinity. `z = (x, u)`; matrices are those of [`Matrices`].
+///
+/// ```
+/// use supple_model::TwoMass;
+/// use supple_model::followed::Followed;
+/// use supple_model::quantity::State;
+/// use supple_model::system::{Authored, System};
+///
+/// let model = TwoMass {
+///     mass: [0.8.into(), 0.4.into()],
+///     damping: [60.0.into(), 35.0.into()],
+///     stiffness: [300.0.into(), 200.0.into()],
+///     contact_smoothing: 0.0.into(),
+/// };
+/// let limit = Followed::limit(State::new([2]), -1.0, 1.0).enforced();
+/// let system = Authored::new(model, Vec::new(), 0.02, 0).following(vec![limit]);
+/// let constraints = system.constraints().ok_or("a limit is enforced")?;
+/// assert_eq!(constraints.bounds(&[]), [1.0, -1.0]);
+/// let ends = constraints.ends();
+/// assert_eq!((ends[0].channel.name.as_str(), ends[0].upper, ends[1].upper), ("x2", true, false));
+/// # Ok::<(), &'static str>(())
+/// ```
 pub trait Constraints: Send + Sync {
     /// The ends, q of them, in the order of excesses.
     fn ends(&self) -> Vec<KeptEnd>;

@@ -9,6 +9,15 @@ use supple_lqg::mend;
 /// Matrices that are semidefinite up to rounding are unchanged, which is checked by one factorisation each. So are those
 /// with non-finite entries, which plans report. A system that calls this must write every entry of its matrices
 /// each time, including zeros.
+///
+/// ```
+/// use supple_model::system::make_convex;
+///
+/// // One matrix [l_zz | l_z] whose square part has the eigenvalues 3 and -1.
+/// let mut quadratics = supple_lqg::sequence(&[[[1.0, 2.0, 0.0], [2.0, 1.0, 0.0]]]);
+/// assert_eq!(make_convex(&mut quadratics, 2), 1);
+/// assert!((quadratics.get(0, 0, 0) - 1.5).abs() < 1e-12);
+/// ```
 pub fn make_convex(quadratics: &mut Matrices, joint: usize) -> usize {
     let stride = quadratics.stride();
     let mut changed = 0;

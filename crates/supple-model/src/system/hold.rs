@@ -8,6 +8,18 @@ const STEPS: usize = 20;
 
 /// The controls, length m, that keep the system at the state `x` as closely as possible (theory, equation P.3b): gravity
 /// compensation, if every joint has a drive. Zeros if they cannot be found.
+///
+/// ```
+/// use supple_lqg::constant;
+/// use supple_model::system::{Arrays, Sequence, holding_controls};
+///
+/// // x+ = 0.9 x + u - 0.5 stays at x = 1 with u = 0.6.
+/// let [a, one, drift] = [0.9, 1.0, -0.5].map(|entry| constant(&[[entry]]));
+/// let arrays = Arrays { c: Some(drift), ..Arrays::new([a, one.clone(), one.clone(), one.clone(), one]) };
+/// let system = Sequence::new(3, &arrays)?;
+/// assert!((holding_controls(&system, &[1.0], &[])[0] - 0.6).abs() < 1e-9);
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 pub fn holding_controls(system: &dyn System, x: &[f64], phi: &[f64]) -> Vec<f64> {
     let mut found = vec![0.0; system.dimensions().controls];
     let mut missed = miss(system, x, &found, phi);

@@ -43,6 +43,8 @@ pub use roll_out::RollOut;
 pub use sequence::Sequence;
 
 /// Which second derivatives of the cost are taken.
+///
+/// Example: [`Sequence`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Curvature {
@@ -71,6 +73,8 @@ pub struct Adjoints<'a> {
 ///
 /// Functions of single points are used where points arrive one by one. Batches and roll-outs are separate methods, so
 /// that a system can do better than looping over its points.
+///
+/// Example: the [front page](crate).
 pub trait System: Send + Sync {
     /// Lengths of state, control and measurement.
     fn dimensions(&self) -> Dimensions;

@@ -3,6 +3,8 @@ use supple_lqg::{ControlBounds, Policy};
 use crate::trajectory::Trajectory;
 
 /// How the controls of a noise-free roll-out are chosen.
+///
+/// Example: [`Sequence`](crate::system::Sequence).
 #[derive(Clone, Copy, Debug)]
 pub enum RollOut<'a> {
     /// The controls already in the trajectory, starting from its first state.

@@ -14,6 +14,27 @@ use crate::Channels;
 /// ```
 ///
 /// There are no factors 1/2, as in task files. Its derivatives are its arrays; second derivatives of the dynamics are 0.
+///
+/// ```
+/// use supple_lqg::constant;
+/// use supple_model::system::{Arrays, Curvature, RollOut, Sequence, System};
+/// use supple_model::{Matrices, Scratch, Trajectory};
+///
+/// // x+ = 0.9 x + u over 3 steps, with the cost x^2 + 0.1 u^2, from x = 1 without control.
+/// let [a, one, r] = [0.9, 1.0, 0.1].map(|entry| constant(&[[entry]]));
+/// let system = Sequence::new(3, &Arrays::new([a, one.clone(), one.clone(), one, r]))?;
+/// let (mut plan, mut scratch) = (Trajectory::zeros(system.dimensions(), 3), Scratch::new());
+/// plan.states.vector_mut(0)[0] = 1.0;
+/// let cost = system.roll_out(RollOut::Controls, &[], &mut plan, &mut scratch);
+/// assert!((cost - (1.0 + 0.81 + 0.6561 + 0.531441)).abs() < 1e-12);
+///
+/// // Its derivatives at all points of the plan: [A B], and [l_zz | l_z].
+/// let (mut dynamics, mut quadratics) = (Matrices::zeros(3, 1, 2), Matrices::zeros(4, 2, 3));
+/// system.dynamics_jacobians(plan.points(), &[], &mut dynamics, &mut scratch);
+/// system.cost_quadratics(plan.points(), &[], Curvature::Exact, &mut quadratics, &mut scratch);
+/// assert_eq!((plan.points().times.of(2), dynamics.get(2, 0, 0), quadratics.get(2, 0, 0)), (2, 0.9, 2.0));
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Sequence {
     size: Dimensions,

@@ -8,6 +8,8 @@ use supple_kernels::{Dual, Scalar};
 use super::range::Range;
 
 /// An expression of parameters. Copies are free: each distinct expression is stored once until the program exits.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expression(&'static Tree);
 

@@ -24,6 +24,8 @@ use supple_text::{digits, quoted};
 /// A number of the problem: written out, the name of a declared parameter, or an expression of parameters.
 ///
 /// Anything numeric in a task file is a `Value`, so that stiffnesses, noise variances and weights can all be designed.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
     /// The number itself.
@@ -193,12 +195,25 @@ fn undeclared(name: &str, declared: &[String]) -> String {
 }
 
 /// Whether parameters may have this name: letters, digits, `_`, `-` and `.`.
+///
+/// ```
+/// use supple_model::is_name;
+///
+/// assert!(is_name("elbow.stiffness") && !is_name("2 * k"));
+/// ```
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
 }
 
 /// A name as written in keys of files, quoted if necessary.
+///
+/// ```
+/// use supple_model::value::as_key;
+///
+/// assert_eq!(&*as_key("mass"), "mass");
+/// assert_eq!(&*as_key("tool mass"), r#""tool mass""#);
+/// ```
 #[must_use]
 pub fn as_key(name: &str) -> Cow<'_, str> {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
@@ -219,6 +234,14 @@ impl schemars::JsonSchema for Value {
 }
 
 /// One number, or a list of them.
+///
+/// ```
+/// use supple_model::Value;
+/// use supple_model::value::OneOrMore;
+///
+/// let one = OneOrMore(vec![Value::Number(2.0)]);
+/// assert_eq!(one.each(3), Ok(vec![Value::Number(2.0); 3]));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct OneOrMore(pub Vec<Value>);
 

@@ -3,6 +3,8 @@ use std::cell::RefCell;
 use super::Value;
 
 /// The names of parameters that the values of a file may use, and which of them were used.
+///
+/// Example: the [front page](crate).
 #[derive(Debug, Default)]
 pub struct Names {
     declared: Vec<String>,

@@ -65,6 +65,15 @@ impl<'de> Deserialize<'de> for Value {
 }
 
 /// One value, or a list of them.
+///
+/// ```
+/// use supple_model::Value;
+/// use supple_model::value::OneOrList;
+///
+/// let found: OneOrList = serde_json::from_str("[1.0, 2.0]")?;
+/// assert_eq!(found, OneOrList::List(vec![Value::Number(1.0), Value::Number(2.0)]));
+/// # Ok::<(), serde_json::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum OneOrList {
     /// One value.

@@ -10,6 +10,8 @@ const ROUNDING: f64 = 1e-12;
 
 /// An entry of a square matrix that differs from its mirror image by more than rounding, or is a different parameter
 /// or expression.
+///
+/// Example: [`symmetrise`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asymmetry {
     /// Its row, counted from 0; greater than its column.
@@ -47,6 +49,15 @@ impl Asymmetry {
 ///
 /// # Errors
 /// The first entry below the diagonal that differs from its mirror image.
+///
+/// ```
+/// use supple_model::Value;
+/// use supple_model::value::symmetrise;
+///
+/// let mut rows = [[1.0, 2.0], [3.0, 1.0]].map(|row| row.map(Value::Number).to_vec());
+/// let found = symmetrise(&mut rows).err().map(|asymmetry| (asymmetry.row, asymmetry.column));
+/// assert_eq!(found, Some((1, 0)), "3 is not 2");
+/// ```
 pub fn symmetrise(rows: &mut [Vec<Value>]) -> Result<(), Asymmetry> {
     let number = |value: &Value| if let Value::Number(number) = value { number.abs() } else { 0.0 };
     let largest = rows.iter().flatten().map(number).fold(0.0, f64::max);

@@ -3,6 +3,29 @@
 //! ```text
 //! Scene -> surfaces of bodies (files: read.rs, simplify.rs; else shapes: solids.rs) -> JSON -> SuppleScene (SCRIPT)
 //! ```
+//!
+//! # A ball that rises
+//!
+//! ```
+//! use supple::scene::{Body, Scene, Shape, Solid, Track};
+//! use supple_report::scene::{SCRIPT, Stage, data, data_of_result};
+//!
+//! let position = Track::new(vec![[0.0, 0.0, 0.0], [0.0, 0.0, 0.5]]);
+//! let rotation = Track::new(vec![[1.0, 0.0, 0.0, 0.0]]);
+//! let shapes = vec![Shape::at([0.0; 3], Solid::Sphere { radius: 0.1 })];
+//! let body = Body { name: "ball".into(), shapes, position, rotation, ..Body::default() };
+//! let time = Track::new(vec![[0.0], [1.0]]);
+//! let scene = Scene { time, size: 1.0, bodies: vec![body], ..Scene::default() };
+//! let shown = data(&[("design", &scene)]);
+//! assert_eq!(shown["designs"][0]["bodies"][0]["name"], "ball");
+//! assert!(SCRIPT.contains("SuppleScene"));
+//!
+//! // The same for an untrusted result, and scene by scene.
+//! assert_eq!(data_of_result(&[("design", &scene)], &[]), shown);
+//! let mut stage = Stage::default();
+//! assert_eq!(stage.design("design", &scene), shown["designs"][0]);
+//! assert_eq!(stage.surfaces().len(), 1);
+//! ```
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -25,6 +48,8 @@ use files::Files;
 use surface::Surface;
 
 /// The script of the view, which defines `SuppleScene`. It needs plotly.js, as the global `Plotly`.
+///
+/// Example: the [module](crate::scene).
 pub const SCRIPT: &str = concat!(
     include_str!("../../assets/scene_geometry.js"),
     include_str!("../../assets/scene_figure.js"),
@@ -40,6 +65,8 @@ pub const MOST_TRIANGLES: usize = 20_000;
 /// faces (`u4`) in base64, little-endian; the scenes, whose bodies refer to surfaces by index, and how many of a surface's
 /// last vertices (`guides`) the view's limits ignore; and warnings for the reader. Instead of unreadable meshes, the view
 /// shows the lines and marks that the scene has for each body, with a warning.
+///
+/// Example: the [module](crate::scene).
 #[must_use]
 pub fn data(scenes: &[(&str, &Scene)]) -> Value {
     Stage::default().all(scenes)
@@ -47,12 +74,16 @@ pub fn data(scenes: &[(&str, &Scene)]) -> Value {
 
 /// Like [`data`], for an untrusted result: meshes are only read from the folders of its `sources`, as long
 /// as those files are unchanged, and from the package roots of its task file.
+///
+/// Example: the [module](crate::scene).
 #[must_use]
 pub fn data_of_result(scenes: &[(&str, &Scene)], sources: &[Source]) -> Value {
     Stage { files: Files::within(&folders(sources)), ..Stage::default() }.all(scenes)
 }
 
 /// Scenes that are shown one after another: surfaces and mesh files are read once, whoever shares them.
+///
+/// Example: the [module](crate::scene).
 #[derive(Default)]
 pub struct Stage {
     files: Files,

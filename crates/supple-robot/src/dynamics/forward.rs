@@ -25,6 +25,30 @@ const SHALLOW: usize = 9;
 ///
 /// # Panics
 /// If `tau` does not have one entry per degree of freedom, or `kinematics` belongs to another tree.
+///
+/// ```
+/// use supple_robot::{Kinematics, LoadOptions, Numbers, Tree};
+/// use supple_robot::{articulated_bodies, forward_dynamics, inverse_dynamics, mass_matrix, solve};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let (tree, numbers) = (Tree::new(&robot), Numbers::<f64>::of(&robot, [0.0, 0.0, -9.81]));
+/// let kinematics = Kinematics::of(&tree, &numbers, &[0.3], &[0.0]);
+///
+/// // Without a torque at the hinge it swings back: a = -m g l sin(q) / M.
+/// let a = forward_dynamics(&tree, &numbers, &kinematics, &[0.0], &[])[0];
+/// assert!((a + 9.81 * 0.3_f64.sin() / 0.6).abs() < 1e-9);
+///
+/// // The same by articulated bodies, and by the mass matrix with the torque that would hold it.
+/// let other = articulated_bodies(&tree, &numbers, &kinematics, &[0.0], &[])[0];
+/// let holding = inverse_dynamics(&tree, &numbers, &kinematics, &[0.0], &[])[0];
+/// let third = solve(mass_matrix(&tree, &numbers, &kinematics), &[-holding])[0];
+/// assert!((a - other).abs() < 1e-9 && (a - third).abs() < 1e-9);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 pub fn forward_dynamics<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,
@@ -47,6 +71,8 @@ pub fn forward_dynamics<S: Scalar>(
 /// # Panics
 /// If a joint follows another, `tau` does not have one entry per degree of freedom, or `kinematics` belongs to another
 /// tree.
+///
+/// Example: [`forward_dynamics`].
 pub fn articulated_bodies<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,

@@ -14,6 +14,30 @@ use crate::tree::Motion;
 ///
 /// # Panics
 /// If there is no such link, or `kinematics` belongs to another tree.
+///
+/// ```
+/// use supple_robot::{Kinematics, LoadOptions, Numbers, Tree, frame_jacobian, frame_velocity, point_jacobian};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let (tree, numbers) = (Tree::new(&robot), Numbers::<f64>::of(&robot, [0.0, 0.0, -9.81]));
+/// let kinematics = Kinematics::of(&tree, &numbers, &[0.0], &[2.0]);
+///
+/// // The tip of the rod, 1 m below the hinge, moves along -x as the hinge turns about y.
+/// let (rod, tip) = (1, [0.0, 0.0, -1.0]);
+/// let jacobian = frame_jacobian(&tree, &kinematics, rod, tip);
+/// assert!((jacobian[1][0] - 1.0).abs() < 1e-12 && (jacobian[3][0] + 1.0).abs() < 1e-12);
+/// let velocity = frame_velocity(&kinematics, rod, tip);
+/// assert!((velocity.linear[0] + 2.0).abs() < 1e-12);
+///
+/// // The same point in world coordinates.
+/// let point = kinematics.poses()[rod].apply(tip);
+/// assert_eq!(point_jacobian(&tree, &kinematics, rod, point), jacobian);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 pub fn frame_jacobian<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>, link: usize, point: [S; 3]) -> [Vec<S>; 6] {
     point_jacobian(tree, kinematics, link, kinematics.poses()[link].apply(point))
 }
@@ -22,6 +46,8 @@ pub fn frame_jacobian<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>, link: 
 ///
 /// # Panics
 /// As [`frame_jacobian`].
+///
+/// Example: [`frame_jacobian`].
 pub fn point_jacobian<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>, link: usize, point: [S; 3]) -> [Vec<S>; 6] {
     let mut jacobian = [(); 6].map(|()| vec![S::zero(); tree.dofs()]);
     for index in tree.path(tree.body_of(link)) {
@@ -42,6 +68,8 @@ pub fn point_jacobian<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>, link: 
 ///
 /// # Panics
 /// Where there is no such link.
+///
+/// Example: [`frame_jacobian`].
 pub fn frame_velocity<S: Scalar>(kinematics: &Kinematics<S>, link: usize, point: [S; 3]) -> Twist<S> {
     let (pose, twist) = (&kinematics.poses()[link], kinematics.velocity(link));
     Twist { angular: pose.rotate(twist.angular), linear: pose.rotate(twist.at(point)) }

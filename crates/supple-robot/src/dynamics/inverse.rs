@@ -17,6 +17,25 @@ use crate::{Numbers, Tree};
 ///
 /// # Panics
 /// If `a` does not have one entry per degree of freedom, or `kinematics` belongs to another tree.
+///
+/// ```
+/// use supple_robot::{Kinematics, LoadOptions, Numbers, Tree, Wrench, inverse_dynamics};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let (tree, numbers) = (Tree::new(&robot), Numbers::<f64>::of(&robot, [0.0, 0.0, -9.81]));
+/// let kinematics = Kinematics::at_rest(&tree, &numbers, &[0.3]);
+///
+/// // An external torque of 1 N m about the hinge reduces the torque of the drive by 1 N m.
+/// let push = Wrench { torque: [0.0, 1.0, 0.0], force: [0.0; 3] };
+/// let alone = inverse_dynamics(&tree, &numbers, &kinematics, &[0.0], &[])[0];
+/// let pushed = inverse_dynamics(&tree, &numbers, &kinematics, &[0.0], &[(1, push)])[0];
+/// assert!((alone - pushed - 1.0).abs() < 1e-12);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 pub fn inverse_dynamics<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,
@@ -53,6 +72,8 @@ pub fn inverse_dynamics<S: Scalar>(
 ///
 /// # Panics
 /// As [`inverse_dynamics`].
+///
+/// Example: the [front page](crate).
 pub fn bias<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,

@@ -11,6 +11,8 @@ use crate::{Numbers, Pose, Tree};
 
 /// Poses and velocities of the links at one position and velocity of a robot: computed once, and used by all
 /// the algorithms.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug)]
 pub struct Kinematics<S> {
     pub(crate) bodies: Bodies<S>,
@@ -20,6 +22,8 @@ pub struct Kinematics<S> {
 }
 
 /// Velocity of a frame.
+///
+/// Example: [`frame_jacobian`](crate::frame_jacobian).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twist<S> {
     /// Angular velocity, rad/s.

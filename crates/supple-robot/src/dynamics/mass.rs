@@ -14,6 +14,8 @@ use crate::{Numbers, Tree};
 ///
 /// # Panics
 /// If `kinematics` belongs to another tree.
+///
+/// Example: [`forward_dynamics`](crate::forward_dynamics).
 pub fn mass_matrix<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, kinematics: &Kinematics<S>) -> Vec<Vec<S>> {
     let mut mass = vec![vec![S::zero(); tree.dofs()]; tree.dofs()];
     for_each_part(tree, numbers, kinematics, |row, column, part| {

@@ -11,6 +11,8 @@ use crate::{Numbers, Tree};
 const SMALLEST_PIVOT: f64 = 1e-12;
 
 /// The mass matrix is singular: some joints can be accelerated without force, as they move no inertia.
+///
+/// Example: [`check_inertia`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SingularMass {
     /// Names of the joints that can be accelerated together without force.
@@ -40,6 +42,25 @@ impl std::error::Error for SingularMass {}
 ///
 /// # Panics
 /// As [`Kinematics::of`].
+///
+/// ```
+/// use supple_robot::{LinkNumbers, LoadOptions, Numbers, Tree, check_inertia, massless_joints};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let (tree, mut numbers) = (Tree::new(&robot), Numbers::<f64>::of(&robot, [0.0, 0.0, -9.81]));
+/// assert!(check_inertia(&tree, &numbers, &[0.0]).is_ok());
+///
+/// // The same hinge without any inertia.
+/// numbers.links[1] = LinkNumbers { mass: 0.0, center: [0.0; 3], moment: [[0.0; 3]; 3] };
+/// let error = check_inertia(&tree, &numbers, &[0.0]).unwrap_err();
+/// assert_eq!(error.joints, ["hinge"]);
+/// assert_eq!(massless_joints(&tree, &numbers, &[0.0]), [0]);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(), SingularMass> {
     let mut mass = Sparse::of(tree, numbers, q);
     let diagonal = mass.diagonal.clone();
@@ -60,6 +81,8 @@ pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(
 ///
 /// # Panics
 /// As [`Kinematics::of`].
+///
+/// Example: [`check_inertia`].
 #[must_use]
 pub fn massless_joints(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Vec<usize> {
     // Armature gives a joint its own inertia, so adding it excludes the joint from all remaining massless motions.

@@ -7,6 +7,8 @@ use supple_kernels::{Ldl, Scalar};
 ///
 /// # Panics
 /// If the sizes of `mass` and `b` differ.
+///
+/// Example: [`forward_dynamics`](crate::forward_dynamics).
 pub fn solve<S: Scalar>(mass: Vec<Vec<S>>, b: &[S]) -> Vec<S> {
     assert_eq!(mass.len(), b.len(), "a row for every entry");
     Ldl::new(&mass).solve(b.to_vec())

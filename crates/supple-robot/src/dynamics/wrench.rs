@@ -6,6 +6,8 @@ use super::step::Step;
 use crate::pose::{add, cross, scale, sub};
 
 /// A force and its torque.
+///
+/// Example: [`inverse_dynamics`](crate::inverse_dynamics).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench<S> {
     /// Torque about the origin of the frame, in its axes, N m.

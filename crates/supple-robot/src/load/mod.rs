@@ -24,6 +24,8 @@ use supple_text::{FileError, read_text};
 use crate::Robot;
 
 /// How robots are read.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// Folders in which `package://NAME/...` and `model://NAME/...` are looked for, each holding a folder NAME.
@@ -36,6 +38,15 @@ pub struct LoadOptions {
 ///
 /// # Errors
 /// Where the file cannot be read, or anything in it is wrong or cannot be modelled.
+///
+/// ```
+/// use supple_robot::LoadOptions;
+///
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/iiwa14_door.urdf");
+/// let robot = supple_robot::load(file, &LoadOptions::default())?;
+/// assert!(robot.link("iiwa_link_7").is_some());
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Robot, FileError> {
     let path = path.as_ref();
     parse(&read_text(path)?, &path.display().to_string(), options)
@@ -45,6 +56,8 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Robot, File
 ///
 /// # Errors
 /// Where anything in it is wrong or cannot be modelled.
+///
+/// Example: the [front page](crate).
 pub fn parse(text: &str, name: &str, options: &LoadOptions) -> Result<Robot, FileError> {
     let (text, said) = xml::cleaned(text);
     let mut robot = of_text(&text, name, options)?;

@@ -4,6 +4,8 @@ use super::text::{Attributes, Text};
 use crate::Robot;
 
 /// A robot as text, and the parts that the text cannot express.
+///
+/// Example: [`mjcf`].
 #[derive(Clone, Debug)]
 pub struct Written {
     /// The text.
@@ -18,6 +20,21 @@ pub struct Written {
 /// A link without inertia and frames between two joints becomes part of a body with both joints, as MuJoCo rejects bodies
 /// without inertia. Other inertias that MuJoCo rejects are replaced by the nearest valid ones, with a comment and a warning.
 /// Visual meshes are left out.
+///
+/// ```
+/// use supple_robot::{LoadOptions, Tree, mjcf};
+/// # let text = r#"<robot name="pendulum"><link name="world"/>
+/// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+/// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+/// #         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+/// // The pendulum of the front page.
+/// let robot = supple_robot::parse(text, "pendulum.urdf", &LoadOptions::default())?;
+/// let written = mjcf(&robot);
+/// assert!(written.warnings.is_empty());
+/// let again = supple_robot::parse(&written.text, "pendulum.xml", &LoadOptions::default())?;
+/// assert_eq!(Tree::new(&again).joints(), ["hinge"]);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 #[must_use]
 pub fn mjcf(robot: &Robot) -> Written {
     let mut text = Text::default();

@@ -10,6 +10,8 @@ use super::{ExportedController, names};
 use crate::StudyError;
 
 /// A controller as the texts of two files.
+///
+/// Example: the [module](crate::controller).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CSource {
     /// The header: what the functions are, and what the numbers mean.

@@ -5,12 +5,16 @@ use supple::{Channel, Matrices, Named, Rows, time_of};
 use super::ExportedController;
 
 /// What `format` says in the files of controllers.
+///
+/// Example: the [module](crate::controller).
 pub const CONTROLLER_FORMAT: &str = "supple-controller";
 /// The version of their keys; it grows where a key changes its meaning.
 pub const CONTROLLER_VERSION: u32 = 1;
 
 /// A controller as plain arrays, under the names that JSON, NumPy and Python have for them; `n` states, `m` controls, `p`
 /// measurements, `N` steps.
+///
+/// Example: the [module](crate::controller).
 #[derive(Clone, Debug, Serialize)]
 pub struct ControllerFile {
     /// [`CONTROLLER_FORMAT`].

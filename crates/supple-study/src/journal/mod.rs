@@ -21,6 +21,8 @@ use self::shield::shielded;
 use crate::StudyError;
 
 /// The journal in the folder of a study.
+///
+/// Example: [`kept_parts`].
 pub const JOURNAL: &str = "journal.redb";
 
 /// The version of the layout of journals.

@@ -105,6 +105,35 @@ impl Parts {
 ///
 /// # Errors
 /// Where the journal is in use or damaged.
+///
+/// ```
+/// use supple::design::DesignSettings;
+/// use supple_study::study::Work;
+/// use supple_study::{JOURNAL, LoadedTask, Source, Watch, forget, kept_parts};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+///
+/// // The task of the front page.
+/// let task = LoadedTask::restore(&[source], &[])?;
+/// let settings = DesignSettings { starts: 1, ..task.problem.design.clone() };
+/// let folder = tempfile::tempdir()?;
+/// Work::Design(Box::new(settings)).run(&task, Some(folder.path()), Watch::default())?;
+/// assert!(folder.path().join(JOURNAL).exists());
+/// assert_eq!(kept_parts(folder.path())?, 1, "the search from one start");
+/// forget(folder.path())?;
+/// assert_eq!(kept_parts(folder.path())?, 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn kept_parts(folder: &Path) -> Result<u64, StudyError> {
     if folder.join(JOURNAL).exists() { count(folder, PARTS) } else { Ok(0) }
 }
@@ -114,6 +143,8 @@ pub fn kept_parts(folder: &Path) -> Result<u64, StudyError> {
 ///
 /// # Errors
 /// Where it is there and cannot be removed.
+///
+/// Example: [`kept_parts`].
 pub fn forget(folder: &Path) -> Result<(), StudyError> {
     let path = folder.join(JOURNAL);
     match std::fs::remove_file(&path) {

@@ -4,6 +4,35 @@
 //! no bound matters; at its tight end it is the least that any design meets. Between them the front is followed from
 //! both ends; each point's search is warm-started from its neighbour, and restarted if neither direction leads to an
 //! optimum.
+//!
+//! # A front of three points
+//!
+//! ```
+//! use supple_study::pareto::{ParetoOptions, run};
+//! use supple_study::{LoadedTask, Source, Watch};
+//! # let text = r#"
+//! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+//! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+//! #     [[tasks]]
+//! #     name = "hold"
+//! #     steps = 20
+//! #     time_step = 0.1
+//! #     bound = 2.0
+//! #     initial_state = [1.0]
+//! #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+//! # "#;
+//! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+//!
+//! // The task of the front page with a cost limit of 2.
+//! let task = LoadedTask::restore(&[source], &[])?;
+//! let front = run(&task, &ParetoOptions { points: 3, starts: 1, seed: 0 }, None, Watch::default())?;
+//! assert_eq!(front.points.len(), 3);
+//! let (tightest, loosest) = (&front.points[0], &front.points[2]);
+//! assert!(tightest.factor < loosest.factor && tightest.information_nats > loosest.information_nats);
+//! assert!(front.remarks[0].text.contains("cost limits"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod ends;
 mod follow;
@@ -30,6 +59,8 @@ use follow::{Point, follow};
 use supple_text::digits;
 
 /// What a Pareto study does.
+///
+/// Example: the [module](crate::pareto).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParetoOptions {
     /// Points of the front.
@@ -41,6 +72,8 @@ pub struct ParetoOptions {
 }
 
 /// A front of information against cost.
+///
+/// Example: the [module](crate::pareto).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pareto {
     /// What was asked for.
@@ -62,6 +95,8 @@ pub struct Pareto {
 }
 
 /// A point of a front.
+///
+/// Example: the [module](crate::pareto).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParetoPoint {
     /// All bounds are this times those of the task.
@@ -109,6 +144,8 @@ const MOST_POINTS: usize = 10_000;
 /// Where there are fewer than 2 points or more than 10,000, there is nothing to design, no task has a bound, or a bound
 /// is not above 0; where an end cannot be evaluated; if it is stopped before both ends are known; where the journal
 /// cannot be written, is damaged, or belongs to another study.
+///
+/// Example: the [module](crate::pareto).
 pub fn run(
     task: &LoadedTask,
     options: &ParetoOptions,

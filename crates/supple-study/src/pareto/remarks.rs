@@ -5,6 +5,8 @@ use super::{Ends, ParetoPoint};
 use crate::LoadedTask;
 
 /// A remark on a front.
+///
+/// Example: the [module](crate::pareto).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Stored")]
 pub struct Remark {
@@ -16,6 +18,14 @@ pub struct Remark {
 }
 
 /// Where along a front a parameter is at an end of its range.
+///
+/// ```
+/// use supple_study::pareto::RangeEnd;
+///
+/// let (parameter, side, places) = ("k1".to_owned(), "upper".to_owned(), "at factor 0.9".to_owned());
+/// let end = RangeEnd { parameter, side, value: 600.0, places };
+/// assert_eq!(end.text("N/m"), "k1 is at its upper end, 600 N/m at factor 0.9");
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RangeEnd {
     /// Its name.

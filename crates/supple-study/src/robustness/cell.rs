@@ -13,6 +13,8 @@ use crate::journal::Parts;
 use crate::{LoadedTask, StudyError, Watch};
 
 /// A cell of the study, with the cost of every roll-out where comparisons need them.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Costs {
     pub(super) cell: RobustCell,

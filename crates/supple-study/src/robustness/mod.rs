@@ -1,4 +1,49 @@
 //! Robustness: the cost in closed loop as a noise grows, of several designs under the same random numbers.
+//!
+//! # Two designs at three levels
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//!
+//! use supple_study::robustness::{DesignChoice, PlannedFor, RobustnessOptions, RobustnessUnits};
+//! use supple_study::robustness::{combine, parts, run};
+//! use supple_study::sweep::Axis;
+//! use supple_study::{LoadedTask, Source, Watch};
+//! # let text = r#"
+//! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+//! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+//! #     parameters.drive = { initial = 1e-3, bounds = [1e-5, 1e-1], role = "study" }
+//! #     [[tasks]]
+//! #     name = "hold"
+//! #     steps = 20
+//! #     time_step = 0.1
+//! #     initial_state = [1.0]
+//! #     noise = { initial = [1e-2], process = ["drive"], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+//! # "#;
+//! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+//!
+//! // The task of the front page with the process noise as the parameter `drive`.
+//! let task = LoadedTask::restore(&[source], &[])?;
+//! let options = RobustnessOptions {
+//!     designs: DesignChoice::parse_list("start,noisy=variance:0.1", &task)?,
+//!     vary: Axis::parse("drive=log:1e-4:1e-2:3", &task)?,
+//!     rollouts: 20,
+//!     seed: 1,
+//! };
+//! let study = run(&task, &options, None, Watch::default())?;
+//! assert_eq!((study.designs.len(), study.cells.len()), (2, 12));
+//! assert_eq!(study.cells.iter().filter(|cell| cell.planned_for == PlannedFor::Truth).count(), 6);
+//! assert!(study.comparisons[0].at_greatest.difference.is_finite());
+//!
+//! // The same by parts, which may run in different processes.
+//! let (units, stop) = (RobustnessUnits::new(&task, &options, Vec::new())?, AtomicBool::new(false));
+//! let (designs, cells) = parts(&task, &options)?;
+//! let designs = (0..designs).map(|design| units.design(&task, design, &stop)).collect::<Result<Vec<_>, _>>()?;
+//! let again = combine(&task, &options, designs, units.cells(&task, 0..cells, &stop)?)?;
+//! assert_eq!(again.cells, study.cells);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod cell;
 mod choice;
@@ -23,6 +68,8 @@ use plan::{Planned, plan_all};
 pub use unit::{RobustnessUnits, combine, parts};
 
 /// What a study of robustness does.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobustnessOptions {
     /// The designs: names with values of parameters; `start` and `optimum` stand for those of the task.
@@ -36,6 +83,8 @@ pub struct RobustnessOptions {
 }
 
 /// A design by name.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DesignChoice {
@@ -48,6 +97,8 @@ pub enum DesignChoice {
 }
 
 /// The result of a study of robustness.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Robustness {
     /// What was asked for.
@@ -66,6 +117,8 @@ pub struct Robustness {
 }
 
 /// A design of the study.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobustDesign {
     /// Its name.
@@ -84,6 +137,8 @@ pub struct RobustDesign {
 }
 
 /// Which noise a controller and its filter are planned for.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlannedFor {
@@ -94,6 +149,8 @@ pub enum PlannedFor {
 }
 
 /// The cost of one design in one task at one level of noise.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobustCell {
     /// Index of the design.
@@ -127,6 +184,8 @@ pub struct RobustCell {
 }
 
 /// How the growth of cost from the least to the greatest noise compares between two designs, roll-out by roll-out.
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Index of the task.
@@ -156,6 +215,8 @@ pub struct Comparison {
 }
 
 /// A mean difference over pairs, and whether it is one (paired t test).
+///
+/// Example: the [module](crate::robustness).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Paired {
     /// The mean difference; NaN where one of a pair diverged.
@@ -179,6 +240,8 @@ pub struct Paired {
 /// Where a parameter is unknown, the varied one is the design's to choose or is set by a design, or a design cannot be
 /// planned; if it is stopped before any cell was computed; where the journal cannot be written, is damaged, or belongs
 /// to another study.
+///
+/// Example: the [module](crate::robustness).
 pub fn run(
     task: &LoadedTask,
     options: &RobustnessOptions,

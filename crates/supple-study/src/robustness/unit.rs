@@ -10,6 +10,8 @@ use supple::Stop;
 
 /// Does parts of a study of robustness, one after the other: designs, and the cells of them. The plans of designs that
 /// it made are kept.
+///
+/// Example: the [module](crate::robustness).
 pub struct RobustnessUnits {
     options: RobustnessOptions,
     varied: usize,
@@ -81,6 +83,8 @@ impl RobustnessUnits {
 ///
 /// # Errors
 /// Where something is wrong with what is asked for.
+///
+/// Example: the [module](crate::robustness).
 pub fn parts(task: &LoadedTask, options: &RobustnessOptions) -> Result<(usize, usize), StudyError> {
     check(task, options)?;
     Ok((options.designs.len(), cells(task, options)))
@@ -91,6 +95,8 @@ pub fn parts(task: &LoadedTask, options: &RobustnessOptions) -> Result<(usize, u
 ///
 /// # Errors
 /// Where a design or cell is missing.
+///
+/// Example: the [module](crate::robustness).
 pub fn combine(
     task: &LoadedTask,
     options: &RobustnessOptions,

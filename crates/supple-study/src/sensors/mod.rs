@@ -1,4 +1,37 @@
 //! Which sensors to buy: the best set of a catalogue, what every sensor is worth, and a certificate.
+//!
+//! # A choice among the measurements of a task
+//!
+//! ```
+//! use supple_study::sensors::{Search, SensorGoal, SensorMethod, SensorsOptions, SetBy, run};
+//! use supple_study::{LoadedTask, Source, Watch};
+//! # let text = r#"
+//! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+//! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+//! #     [[tasks]]
+//! #     name = "hold"
+//! #     steps = 20
+//! #     time_step = 0.1
+//! #     initial_state = [1.0]
+//! #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+//! # "#;
+//! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+//!
+//! // The task of the front page.
+//! let task = LoadedTask::restore(&[source], &[])?;
+//! let options = SensorsOptions {
+//!     count: Some(1),
+//!     goal: SensorGoal::Information,
+//!     method: SensorMethod::Exhaustive,
+//!     ..SensorsOptions::default()
+//! };
+//! let study = run(&task, &options, Watch::default())?;
+//! assert_eq!(study.chosen.sensors, ["y1"]);
+//! assert!(study.sensors[0].chosen && study.sensors[0].bits_alone > 0.0);
+//! assert_eq!((study.none.by, study.certificate.search), (SetBy::Given, Some(Search::Exhaustive)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use serde::{Deserialize, Serialize};
 use supple::Named;
@@ -13,6 +46,8 @@ pub use report::{Certificate, Search, SensorSet, SensorValue, Sensors, SetBy};
 use crate::{LoadedTask, StudyError, Watch};
 
 /// What a set of sensors is chosen for.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SensorGoal {
@@ -24,6 +59,8 @@ pub enum SensorGoal {
 }
 
 /// How a set of sensors is searched for.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SensorMethod {
@@ -37,6 +74,8 @@ pub enum SensorMethod {
 }
 
 /// What is asked for.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorsOptions {
@@ -99,6 +138,8 @@ const REGIONS: usize = 2000;
 /// # Errors
 /// Where something asked for cannot be, a plan or covariance cannot be computed, no set is good enough, or it is told
 /// to stop.
+///
+/// Example: the [module](crate::sensors).
 pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<Sensors, StudyError> {
     options.check()?;
     let (mut selection, kinds) = selection(task, options.task.as_deref())?;

@@ -8,6 +8,8 @@ use super::{Searched, SensorsOptions, gain, value_of};
 const BITS: f64 = 1.0 / std::f64::consts::LN_2;
 
 /// A study of sensors.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensors {
     /// What was asked for.
@@ -35,6 +37,8 @@ pub struct Sensors {
 }
 
 /// A set of sensors.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorSet {
     /// Names, in the order in which they were taken.
@@ -50,6 +54,8 @@ pub struct SensorSet {
 }
 
 /// How a set of sensors came about.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SetBy {
@@ -64,6 +70,8 @@ pub enum SetBy {
 }
 
 /// How all sets were searched.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Search {
@@ -75,6 +83,8 @@ pub enum Search {
 
 /// How good any set within the limits could be. Bounds are in units of the goal: expected cost from below, bits from
 /// above, or price from below.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// No set does better, by the relaxed problem alone.
@@ -96,6 +106,8 @@ pub struct Certificate {
 }
 
 /// What one sensor is worth.
+///
+/// Example: the [module](crate::sensors).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorValue {
     /// Its name.

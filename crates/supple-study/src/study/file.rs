@@ -11,6 +11,18 @@ use supple::FileError;
 use supple_file::{Document, Place, parse_document, read_text};
 
 /// A study file as it was read.
+///
+/// Such a file, with one step:
+///
+/// ```toml
+/// title = "The paper's studies"
+///
+/// [[steps]]
+/// name = "landscape"
+/// run = "sweep"
+/// task = "../tasks/two_mass.toml"
+/// grid = ["k1=log:50:600:40", "k2=log:100:600:40"]
+/// ```
 #[derive(Clone, Debug)]
 pub struct StudyFile {
     /// What it is, for people.
@@ -24,6 +36,8 @@ pub struct StudyFile {
 }
 
 /// A command of a study.
+///
+/// Example: [`StudyFile`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Step {
     /// Its name: of its folder, or of the figure's file.

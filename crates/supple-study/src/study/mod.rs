@@ -27,6 +27,8 @@ use crate::{
 };
 
 /// What to do, to which task.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Study {
     /// Path of the task file, as it was given; [`OWN_MODEL`] where there is none.
@@ -40,6 +42,8 @@ pub struct Study {
 }
 
 /// What to do to a task, with all options.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "run", content = "options", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -136,6 +140,14 @@ fn is_empty(set: &Named) -> bool {
 ///
 /// # Errors
 /// Where there cannot be so many threads, or of the work.
+///
+/// ```
+/// use supple_study::study::on_threads;
+///
+/// let threads = on_threads(Some(2), || Ok(rayon::current_num_threads()))?;
+/// assert_eq!(threads, 2);
+/// # Ok::<(), supple_study::StudyError>(())
+/// ```
 pub fn on_threads<T: Send>(
     jobs: Option<usize>,
     work: impl FnOnce() -> Result<T, StudyError> + Send,

@@ -7,6 +7,8 @@ use super::MOST_POINTS;
 use crate::{LoadedTask, StudyError};
 
 /// One axis of a grid.
+///
+/// Example: the [module](crate::sweep).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
     /// The parameter that changes along it.

@@ -13,6 +13,8 @@ use crate::{Column, LoadedTask, StudyError, Table};
 
 /// A sweep whose points are evaluated by others: it hands out units of work, keeps rows in memory or in the journal, and
 /// makes the table. That is the same, to the last bit, wherever and in whatever order the units are done.
+///
+/// Example: the [module](crate::sweep).
 pub struct Collector {
     pub(super) study: Study,
     columns: Vec<Column>,

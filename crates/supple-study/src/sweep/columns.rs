@@ -92,12 +92,16 @@ fn of_contacts(task: &Task) -> Vec<Column> {
 const MISSES_CONTACT: &str = "misses_contact";
 
 /// The task that a column is of that says whether its plan misses a contact.
+///
+/// Example: the [module](crate::sweep).
 #[must_use]
 pub fn misses_contact(column: &Column) -> Option<&str> {
     column.name.strip_suffix(MISSES_CONTACT)?.strip_suffix('.')
 }
 
 /// What a column of a sweep holds.
+///
+/// Example: the [module](crate::sweep).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
     /// Numbers.

@@ -3,6 +3,46 @@
 //! Points are evaluated in segments of neighbours along the last axis. Within a segment each plan is also continued
 //! from the previous point's; segments are independent of one another. So the table does not depend on the number of
 //! threads, nor on how often a sweep was interrupted.
+//!
+//! # Three points
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//!
+//! use supple_study::sweep::{Axis, Collector, Holds, SweepOptions, SweepUnits, misses_contact, run};
+//! use supple_study::{LoadedTask, Source, Watch};
+//! # let text = r#"
+//! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+//! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+//! #     [[tasks]]
+//! #     name = "hold"
+//! #     steps = 20
+//! #     time_step = 0.1
+//! #     initial_state = [1.0]
+//! #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+//! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+//! # "#;
+//! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+//!
+//! // The task of the front page.
+//! let task = LoadedTask::restore(&[source], &[])?;
+//! let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
+//! let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+//! let sweep = run(&task, &options, None, Watch::default())?;
+//! let bits = sweep.table.numbers("information_bits").ok_or("it is a column")?;
+//! assert!(sweep.complete && bits[0] > bits[1] && bits[1] > bits[2]);
+//! assert_eq!((Holds::of(&sweep.columns[0]), misses_contact(&sweep.columns[0])), (Holds::Numbers, None));
+//!
+//! // The same by units, which may run in different processes.
+//! let (mut collector, stop) = (Collector::open(&task, &options, None)?, AtomicBool::new(false));
+//! let units = SweepUnits::new(&task, &options)?;
+//! while let Some(unit) = collector.next_unit(1) {
+//!     let rows = units.work(&unit, &stop)?;
+//!     collector.keep(&[(unit, rows)])?;
+//! }
+//! assert_eq!(collector.finish()?, sweep);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod axis;
 mod collector;
@@ -42,6 +82,8 @@ pub const TABLE_CSV: &str = "table.csv";
 pub const TABLE_JSONL: &str = "table.jsonl";
 
 /// What a sweep does.
+///
+/// Example: the [module](crate::sweep).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepOptions {
     /// The axes; the last one changes fastest.
@@ -62,6 +104,8 @@ impl SweepOptions {
 }
 
 /// The result of a sweep.
+///
+/// Example: the [module](crate::sweep).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sweep {
     /// What was asked for.
@@ -118,6 +162,8 @@ impl Sweep {
 ///
 /// # Errors
 /// Where a grid is empty, or the journal cannot be written, is damaged, or belongs to something else.
+///
+/// Example: the [module](crate::sweep).
 pub fn run(
     task: &LoadedTask,
     options: &SweepOptions,

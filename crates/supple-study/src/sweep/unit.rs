@@ -11,6 +11,8 @@ use super::work::along;
 use crate::{LoadedTask, StudyError};
 
 /// Segments of a sweep to evaluate elsewhere.
+///
+/// Example: the [module](crate::sweep).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SweepUnit {
     /// Numbers of the segments.
@@ -20,6 +22,8 @@ pub struct SweepUnit {
 }
 
 /// Does units of a sweep, one after the other.
+///
+/// Example: the [module](crate::sweep).
 pub struct SweepUnits {
     study: Study,
 }

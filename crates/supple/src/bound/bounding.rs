@@ -21,6 +21,8 @@ use crate::problem::{Problem, Task};
 const LN_2: f64 = std::f64::consts::LN_2;
 
 /// Which bounds to compute.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundOptions {
     /// The task; default: all of them.
@@ -58,6 +60,8 @@ impl Problem {
 }
 
 /// The data from which the bounds of one task at one design are computed.
+///
+/// Example: the [module](crate::bound).
 pub struct Bounding {
     pub(super) kind: Kind,
     pub(super) settings: BoundSettings,
@@ -79,6 +83,8 @@ pub(super) enum Kind {
 }
 
 /// The minimum at one cost.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundPoint {
     /// D, the expected cost: over the task, or per step where it is stationary.

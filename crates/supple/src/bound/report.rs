@@ -9,6 +9,8 @@ use super::sensor_report::SensorReport;
 use crate::plan::PlanStatus;
 
 /// Minimum information required for each task at one design.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BoundReport {
     /// All parameters.
@@ -20,6 +22,8 @@ pub struct BoundReport {
 /// Minimum information required for one task.
 ///
 /// All rates are in bits per decision: over the T = N controls of a task of N steps, or over one step if stationary.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TaskBound {
     /// The task.
@@ -100,6 +104,8 @@ pub struct TaskBound {
 }
 
 /// One row of the ordered list of bounds.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrderLine {
     /// Name of the quantity.

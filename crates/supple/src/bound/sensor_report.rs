@@ -11,6 +11,8 @@ use supple_model::{Channel, time_of};
 use supple_text::padded;
 
 /// A sensor that attains the minimum with a Kalman filter and the optimal regulator.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SensorReport {
     /// How many numbers it measures, at most.
@@ -34,6 +36,8 @@ pub struct SensorReport {
 }
 
 /// The share of the information that concerns one state.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredState {
     /// The state.
@@ -45,6 +49,8 @@ pub struct MeasuredState {
 }
 
 /// What the sensor measures in one time window.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorWindow {
     /// Its first decision.
@@ -66,6 +72,8 @@ pub struct SensorWindow {
 }
 
 /// A measured combination of states, independent of the others: their bits add up.
+///
+/// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Direction {
     /// Its information, bits.

@@ -3,6 +3,8 @@ use serde::Serialize;
 use super::differences::Difference;
 
 /// A derivative compared with finite differences.
+///
+/// Example: [`check`](crate::check::check()).
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Which derivative.

@@ -1,6 +1,8 @@
 use supple_kernels::halt;
 
 /// A finite difference, and how far from the derivative it may be.
+///
+/// Example: [`compare_gradients`](crate::check::compare_gradients).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
     /// The derivative, extrapolated from differences over several steps.

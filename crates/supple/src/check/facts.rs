@@ -8,6 +8,8 @@ use crate::plan::Plan;
 use crate::problem::Task;
 
 /// A property of the knots that affects how reliable the numbers are.
+///
+/// Example: [`check`](crate::check::check()).
 #[derive(Clone, Debug, Serialize)]
 pub struct Fact {
     /// Name of the property.

@@ -33,6 +33,8 @@ const LONGEST: f64 = 1e-2;
 const LONGEST_PLANNED: f64 = 2e-3;
 
 /// A gradient with respect to all parameters, and its finite differences.
+///
+/// Example: [`compare_gradients`].
 #[derive(Clone, Debug)]
 pub struct ComparedGradient {
     /// The quantity whose gradient it is, and the kind of gradient.
@@ -52,6 +54,8 @@ impl ComparedGradient {
 }
 
 /// The gradients of a task at a plan, and the points near it that could not be evaluated.
+///
+/// Example: [`compare_gradients`].
 #[derive(Clone, Debug, Default)]
 pub struct ComparedGradients {
     /// Frozen gradients and, where the plan has them, total ones.
@@ -64,6 +68,22 @@ pub struct ComparedGradients {
 ///
 /// # Errors
 /// Where a gradient does not exist.
+///
+/// ```
+/// use supple::check::{compare_gradients, plan_for_check};
+/// use supple::pipeline::TaskState;
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+/// let problem = supple_file::load(file)?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// plan_for_check(&problem, task, &phi, &mut state)?;
+/// let found = compare_gradients(&problem, task, &phi, &mut state)?;
+/// for gradient in &found.gradients {
+///     assert!(gradient.row(&problem.parameters).passed, "{}", gradient.name);
+///     assert!(gradient.numeric.iter().flatten().all(|difference| difference.value.is_finite()));
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn compare_gradients(
     problem: &Problem,
     task: &Task,

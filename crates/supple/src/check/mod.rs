@@ -21,6 +21,8 @@ use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task};
 
 /// Results of a check.
+///
+/// Example: [`check`].
 #[derive(Clone, Debug, Serialize)]
 pub struct CheckReport {
     /// Whether every derivative agrees.
@@ -30,6 +32,8 @@ pub struct CheckReport {
 }
 
 /// Results of the check of one task.
+///
+/// Example: [`check`].
 #[derive(Clone, Debug, Serialize)]
 pub struct TaskCheck {
     /// Its name.
@@ -50,6 +54,17 @@ pub struct TaskCheck {
 ///
 /// # Errors
 /// Where the design cannot be evaluated.
+///
+/// ```
+/// use supple::check::check;
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+/// let problem = supple_file::load(file)?;
+/// let report = check(&problem, &problem.parameters.initial())?;
+/// let task = &report.tasks[0];
+/// assert!(report.passed && task.rows.iter().all(|row| row.error <= row.tolerance));
+/// assert_eq!(task.facts[0].name, "largest spectral radius of A");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn check(problem: &Problem, phi: &[f64]) -> Result<CheckReport, Error> {
     let tasks = problem.tasks.iter().map(|task| check_task(problem, task, phi)).collect::<Result<Vec<_>, _>>()?;
     Ok(CheckReport { passed: tasks.iter().all(|task| task.rows.iter().all(|row| row.passed)), tasks })
@@ -79,6 +94,8 @@ fn check_task(problem: &Problem, task: &Task, phi: &[f64]) -> Result<TaskCheck, 
 ///
 /// # Errors
 /// Where the design cannot be evaluated.
+///
+/// Example: [`compare_gradients`].
 pub fn plan_for_check(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
     best_of_guesses(problem, task, phi, state)?;
     let tight = gradients::tight(&problem.planning);

@@ -2,6 +2,8 @@ use super::visited::Visit;
 use crate::problem::Problem;
 
 /// The objective of a design search.
+///
+/// Example: [`Optimiser`](crate::design::Optimiser).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
     /// The least information at which every expected cost is at most `factor` times its bound; an infinite factor

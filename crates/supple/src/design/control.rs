@@ -3,6 +3,8 @@
 use crate::Stop;
 
 /// What happens during a long computation.
+///
+/// Example: [`Observer`].
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
     /// A start began; there are `of` of them.
@@ -54,12 +56,52 @@ pub enum Event<'a> {
 }
 
 /// Receives progress events of a long computation; called from several threads.
+///
+/// ```
+/// use std::sync::atomic::{AtomicUsize, Ordering};
+///
+/// use supple::design::{Control, DesignSettings, Event, Observer, design};
+///
+/// #[derive(Default)]
+/// struct Count(AtomicUsize);
+///
+/// impl Observer for Count {
+///     fn observe(&self, event: Event) {
+///         if let Event::Evaluated { .. } = event {
+///             self.0.fetch_add(1, Ordering::Relaxed);
+///         }
+///     }
+/// }
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let settings = DesignSettings { starts: 1, ..problem.design.clone() };
+/// let count = Count::default();
+/// let control = Control { observer: &count, ..Control::default() };
+/// design(&problem, &problem.parameters.initial(), &settings, control)?;
+/// assert!(count.0.load(Ordering::Relaxed) > 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Observer: Send + Sync {
     /// Something happened.
     fn observe(&self, event: Event);
 }
 
 /// Ignores all progress.
+///
+/// Example: [`Control::default`] uses it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoObserver;
 
@@ -69,6 +111,8 @@ impl Observer for NoObserver {
 
 /// How a long computation is observed and stopped. `Control::default()` does neither; use `..Control::default()` to set
 /// only one of them.
+///
+/// Example: [`design`](crate::design::design()).
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Receives progress events.

@@ -7,6 +7,8 @@ use crate::problem::Problem;
 use crate::settings::DesignSettings;
 
 /// Units of an [`OuterProblem`](super::OuterProblem).
+///
+/// Example: [`Optimiser`](crate::design::Optimiser).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Units {
     /// Variables from 0 to 1, linearly or in the logarithm, as each parameter has it; objective and constraints

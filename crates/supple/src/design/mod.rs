@@ -44,6 +44,34 @@ use crate::problem::Problem;
 /// # Errors
 /// Where `phi` has the wrong length, not even the first start can be evaluated, or total gradients are asked for along
 /// plans that have none.
+///
+/// ```
+/// use supple::design::{Control, DesignSettings, design};
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let settings = DesignSettings { starts: 1, ..problem.design.clone() };
+/// let found = design(&problem, &phi, &settings, Control::default())?;
+///
+/// // A noisier sensor delivers less information, and the expected cost stays within its limit.
+/// let best = found.found();
+/// assert!(best.status.meets_bounds() && best.to[0] > phi[0]);
+/// assert!(task.bound.is_some() && best.costs[0] <= 15.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
     problem.check_design(phi)?;
     let searcher = Searcher::new(problem, settings, Aim::default(), control);

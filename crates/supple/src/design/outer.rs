@@ -6,6 +6,47 @@ use super::visited::Visit;
 use crate::Error;
 
 /// An optimiser of designs. It only accesses an [`OuterProblem`].
+///
+/// ```
+/// use supple::design::{Aim, Control, DesignSettings, Ending, Optimiser, OuterPoint, OuterProblem, Searcher, Units};
+///
+/// /// Tries the greatest values, and nothing else.
+/// struct Greatest;
+///
+/// impl Optimiser for Greatest {
+///     fn minimise(&self, problem: &mut OuterProblem) -> Ending {
+///         let greatest: Vec<f64> = problem.bounds().iter().map(|[_, upper]| *upper).collect();
+///         let Some(OuterPoint { constraints, .. }) = problem.at(&greatest) else { return Ending::Stalled };
+///         if constraints.iter().all(|constraint| *constraint <= 0.0) {
+///             problem.step_to(&greatest, false);
+///         }
+///         Ending::Converged
+///     }
+///     fn units(&self) -> Units {
+///         Units::Natural
+///     }
+/// }
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let settings = DesignSettings { starts: 1, rounds: 1, ..problem.design.clone() };
+/// let searcher = Searcher::new(&problem, &settings, Aim::default(), Control::default());
+/// let found = searcher.with_optimiser(&Greatest).search(&problem.parameters.initial())?;
+/// assert!((found.starts[found.best].to[0] / 1e-2 - 1.0).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Optimiser: Send + Sync {
     /// Searches from the problem's [first point](OuterProblem::first).
     fn minimise(&self, problem: &mut OuterProblem) -> Ending;
@@ -33,6 +74,8 @@ pub trait Optimiser: Send + Sync {
 }
 
 /// How an optimiser ended.
+///
+/// Example: [`Optimiser`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ending {
@@ -47,6 +90,8 @@ pub enum Ending {
 }
 
 /// What is known at a point.
+///
+/// Example: [`Optimiser`].
 #[derive(Clone, Debug)]
 pub struct OuterPoint {
     /// The variables at which it was evaluated.
@@ -67,6 +112,8 @@ pub struct OuterPoint {
 /// The variables are the design parameters; a search for the least cost has one more, which is at least every
 /// `J_i / D_i` and is minimised. There is one constraint per task with a bound, then one for a budget of prices, then one
 /// per task whose cost without measurements is to stay within its bound.
+///
+/// Example: [`Optimiser`].
 pub struct OuterProblem<'s, 'a, 'b> {
     search: &'s mut Search<'a, 'b>,
     units: Units,

@@ -6,6 +6,8 @@ use super::{DesignStatus, StartSummary};
 use crate::Error;
 
 /// The result of a design search.
+///
+/// Example: [`design`](crate::design::design()).
 #[derive(Clone, Debug)]
 pub struct Design {
     /// How it ended: at its best start, or at the entries that were chosen.
@@ -32,6 +34,8 @@ impl Design {
 }
 
 /// How the entries of catalogues were chosen.
+///
+/// Example: [`CatalogueDesign`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CatalogueMethod {
@@ -43,6 +47,8 @@ pub enum CatalogueMethod {
 }
 
 /// One entry of each catalogue, and the design with these values.
+///
+/// Example: [`CatalogueDesign`].
 #[derive(Clone, Debug)]
 pub struct Combination {
     /// Places of the entries in the catalogues, in the order of
@@ -53,6 +59,31 @@ pub struct Combination {
 }
 
 /// A choice from catalogues.
+///
+/// ```
+/// use supple::design::{CatalogueMethod, Control, DesignSettings, design};
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], catalogue = [1e-4, 1e-3, 1e-2] }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page with `catalogue = [1e-4, 1e-3, 1e-2]` for the variance.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let settings = DesignSettings { starts: 1, ..problem.design.clone() };
+/// let found = design(&problem, &problem.parameters.initial(), &settings, Control::default())?;
+/// let catalogue = found.catalogue.as_ref().ok_or("a parameter has a catalogue")?;
+/// assert_eq!((catalogue.method, catalogue.combinations), (CatalogueMethod::AllCombinations, 3));
+/// assert_eq!((&catalogue.chosen().entries[..], catalogue.chosen().summary.to[0]), (&[2][..], 1e-2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct CatalogueDesign {
     /// How the entries were chosen.

@@ -10,6 +10,8 @@ use crate::Error;
 use crate::problem::Problem;
 
 /// Searches for designs of one problem with one aim.
+///
+/// Example: [`Optimiser`].
 #[derive(Clone, Copy)]
 pub struct Searcher<'a> {
     /// The problem whose parameters are designed.

@@ -10,6 +10,38 @@ use crate::problem::{Problem, Task};
 
 /// Where a change of a task's measured information comes from, between two designs: parts that add up to it, bits (theory,
 /// equation G.10).
+///
+/// ```
+/// use supple::pipeline::TaskState;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &problem.planning, None)?;
+/// let nats = [state.information.total];
+///
+/// // To a sensor with ten times the variance.
+/// state.evaluate(task, &[1e-3], &problem.planning, None)?;
+/// let controls = [state.plan.trajectory.controls.clone()];
+/// let parts = problem.split((&phi[..], &nats[..]), (&[1e-3][..], &controls[..]))?;
+/// let split = &parts[0];
+/// let sum = split.sensors_bits + split.uncertainty_bits + split.plan_bits + split.jumps_bits;
+/// assert!(split.total_bits < 0.0 && (sum - split.total_bits).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Split {
     /// The task.

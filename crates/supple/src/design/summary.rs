@@ -10,6 +10,8 @@ use super::visited::{Visit, controls_of};
 use crate::Error;
 
 /// How a design search ended.
+///
+/// Example: [`design`](crate::design::design()).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DesignStatus {
@@ -45,6 +47,8 @@ impl std::fmt::Display for DesignStatus {
 }
 
 /// Summary of the search from one start.
+///
+/// Example: [`design`](crate::design::design()).
 #[derive(Clone, Debug)]
 pub struct StartSummary {
     /// All parameters where it started.

@@ -7,6 +7,8 @@ use crate::plan::Plan;
 ///
 /// The gains of a constant linear controller have zero variance. Entries of different units are added as they are, so the
 /// variances compare designs of one task only.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ControllerReport {
     /// Temporal variance of the feedback gains: the mean over time of `|K_t - mean K|^2` (Frobenius).

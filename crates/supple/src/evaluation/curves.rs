@@ -10,6 +10,23 @@ use crate::simulate::Sample;
 use crate::touching::contacts_along;
 
 /// A contact over time, along a plan and along the run in closed loop. A run that diverged is shorter.
+///
+/// ```
+/// use supple::EvaluateOptions;
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+/// let problem = supple_file::load(file)?;
+/// let options = EvaluateOptions { rollouts: 32, trajectories: true, ..EvaluateOptions::default() };
+/// let found = problem.evaluate(&problem.parameters.initial(), &options)?;
+/// let task = &found.tasks[0];
+/// let trajectory = task.trajectory.as_ref().ok_or("it was requested")?;
+/// let (contact, force) = (&trajectory.contacts[0], &trajectory.quantities[0]);
+/// assert_eq!((contact.name.as_str(), contact.force.len()), ("wall", 126));
+/// assert!(contact.touches.contains(&true), "the plan presses on the wall");
+/// assert_eq!((force.unit.as_str(), force.target), ("N", Some(10.0)));
+/// let sampled = task.monte_carlo.as_ref().ok_or("there are roll-outs")?;
+/// assert_eq!(sampled.touched[0].name, "wall");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactCurve {
     /// Its name.
@@ -29,6 +46,8 @@ pub struct ContactCurve {
 }
 
 /// A term of the cost along a plan.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CostCurve {
     /// Its place among the task's costs, from 1, and its kind: `2 contact_force`.
@@ -38,6 +57,8 @@ pub struct CostCurve {
 }
 
 /// A number over time that a cost weighs, a limit bounds or the task shows.
+///
+/// Example: [`ContactCurve`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct QuantityCurve {
     /// Its name.

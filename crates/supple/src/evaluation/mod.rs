@@ -41,6 +41,8 @@ use trust::Predicted;
 pub use trust::{Trust, Verdict};
 
 /// What to compute in addition to information and cost.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Default)]
 pub struct EvaluateOptions {
     /// Total gradients: plan, feedback and filter all vary.

@@ -4,6 +4,31 @@ use crate::plan::Plan;
 use crate::problem::Task;
 
 /// A limit that a plan keeps and is held at: without it, another plan would cost less.
+///
+/// ```
+/// use supple::EvaluateOptions;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// #     limits = [{ kind = "control", lower = -3.0, enforce = true }]
+/// # "#;
+///
+/// // The task of the front page with `limits = [{ kind = "control", lower = -3.0, enforce = true }]`.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let found = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default())?;
+/// let reached = &found.tasks[0].limits_reached[0];
+/// assert_eq!((reached.step, reached.limit, reached.upper), (0, -3.0, false));
+/// assert!(reached.price > 0.0, "without the limit, the plan would begin with a control of about -3.9");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct LimitReached {
     /// What is limited.

@@ -19,6 +19,50 @@ use crate::stability::Stability;
 use crate::{CostParts, FEASIBILITY, meets};
 
 /// One design, evaluated.
+///
+/// ```
+/// use supple::{EvaluateOptions, Verdict};
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let options = EvaluateOptions {
+///     total_gradient: true,
+///     frozen_gradient: true,
+///     rollouts: 200,
+///     trajectories: true,
+///     ..EvaluateOptions::default()
+/// };
+/// let found = problem.evaluate(&problem.parameters.initial(), &options)?;
+/// assert!((found.objective.information_bits - 33.3).abs() < 0.01);
+/// let task = &found.tasks[0];
+/// assert!((task.cost.expected - task.cost.parts.expected()).abs() < 1e-9);
+/// assert!(!task.stability.numerically_unstable && task.controller.feedback_variation < 1.0);
+///
+/// // Noise of the sensor lowers its information.
+/// let gradient = task.gradient.as_ref().ok_or("it was requested")?;
+/// let (total, frozen) = (gradient.total.as_ref(), gradient.frozen.as_ref());
+/// let slopes = [total.map(|total| &total.information_nats), frozen.map(|frozen| &frozen.information_nats)];
+/// assert!(slopes.into_iter().flatten().all(|slopes| slopes.get("variance").is_some_and(|slope| slope < 0.0)));
+///
+/// // Closed-loop roll-outs do not contradict the predictions.
+/// let trust = task.trust.as_ref().ok_or("there are roll-outs")?;
+/// assert_ne!(trust.verdict, Verdict::Broken);
+/// let trajectory = task.trajectory.as_ref().ok_or("it was requested")?;
+/// assert_eq!((trajectory.states.len(), trajectory.measurements.len(), trajectory.costs.len()), (51, 1, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Evaluation {
@@ -78,6 +122,8 @@ impl Evaluation {
 }
 
 /// What designs minimise: the weighted sum of the tasks' information; prices are separate.
+///
+/// Example: [`Evaluation`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Objective {
     /// In nats.
@@ -87,6 +133,8 @@ pub struct Objective {
 }
 
 /// One task at one design.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TaskEvaluation {
@@ -159,6 +207,8 @@ impl TaskEvaluation {
 }
 
 /// The expected cost of a task.
+///
+/// Example: [`Evaluation`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct CostReport {
@@ -176,6 +226,8 @@ pub struct CostReport {
 }
 
 /// The directed information of a task.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InformationReport {
@@ -222,6 +274,8 @@ impl InformationReport {
 
 /// The least directed information over all sensors and controllers that keep an expected cost, along the plan's
 /// linearisation.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct NeededInformation {
@@ -238,6 +292,8 @@ pub struct NeededInformation {
 }
 
 /// The directed information from the state to the controls, exact for the linearised closed loop.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ControlInformation {
@@ -252,6 +308,8 @@ pub struct ControlInformation {
 }
 
 /// Gradients of a task by the parameters.
+///
+/// Example: [`Evaluation`].
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct GradientReport {
     /// With everything moving.
@@ -263,6 +321,8 @@ pub struct GradientReport {
 }
 
 /// Gradients with everything moving.
+///
+/// Example: [`Evaluation`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TotalReport {
@@ -283,6 +343,8 @@ pub struct TotalReport {
 }
 
 /// Gradients with the trajectory frozen.
+///
+/// Example: [`Evaluation`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FrozenReport {
@@ -295,6 +357,8 @@ pub struct FrozenReport {
 }
 
 /// A plan's trajectory.
+///
+/// Example: [`Evaluation`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TrajectoryReport {

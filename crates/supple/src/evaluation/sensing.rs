@@ -8,6 +8,8 @@ use crate::problem::Task;
 /// Information and benefit of one measurement over time (theory, section I).
 ///
 /// Information of several measurements is not the sum of each alone: shared information is counted in each.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementReport {
     /// Its name.

@@ -9,6 +9,20 @@ use crate::simulate::MonteCarlo;
 
 /// Why a plan should not be trusted, in words: if it did not converge, how its search ended, with the step and the
 /// control where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
+///
+/// ```
+/// use supple::pipeline::TaskState;
+/// use supple::settings::PlanSettings;
+/// use supple::{number_warnings, plan_warnings};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+/// let problem = supple_file::load(file)?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &PlanSettings { max_iterations: 1, ..problem.planning.clone() }, None)?;
+/// assert_eq!(plan_warnings(task, &phi, &state.plan).len(), 1, "it did not converge");
+/// assert!(number_warnings(task, &state, None).is_empty(), "its numbers are finite");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -28,6 +42,8 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
 
 /// Why the numbers of a task are unusable: information or a part of the expected cost is not finite, or roll-outs
 /// diverged.
+///
+/// Example: [`plan_warnings`].
 #[must_use]
 pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCarlo>) -> Vec<String> {
     let cost = &state.cost;

@@ -26,6 +26,8 @@ const SUBSTEPS: usize = 8;
 const TOUCHING: f64 = 0.9;
 
 /// Whether roll-outs agree with the predictions; if not, why.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Trust {
@@ -43,6 +45,8 @@ pub struct Trust {
 }
 
 /// Whether the linearisation used to compute information and expected cost is valid.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

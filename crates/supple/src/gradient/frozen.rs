@@ -8,6 +8,8 @@ use super::workspace::GradientWorkspace;
 use crate::plan::Plan;
 
 /// Gradients by the parameters with trajectory, `K` and `Xi` held fixed, as in the paper (theory, equation G.1).
+///
+/// Example: [`total_gradient`](crate::gradient::total_gradient).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrozenGradient {
     /// Of the directed information, nats.
@@ -18,6 +20,8 @@ pub struct FrozenGradient {
 
 /// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` vary. If `V` depends
 /// on the state, only the parameters of that dependence change it.
+///
+/// Example: [`total_gradient`](crate::gradient::total_gradient).
 pub fn frozen_gradient(
     (system, phi, noise_model): (&dyn System, &[f64], &NoiseModel),
     (plan, belief, noise): (&Plan, &Belief, &Noise),

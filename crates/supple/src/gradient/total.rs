@@ -13,6 +13,8 @@ use crate::plan::Plan;
 
 /// A number that depends on the knots: a weighted sum of the directed information and of the noise's parts of the
 /// expected cost.
+///
+/// Example: the [module](crate::pipeline).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Functional<'a> {
     /// Weight of the directed information, nats.
@@ -45,6 +47,8 @@ impl Functional<'_> {
 }
 
 /// One task at one design, as far as gradients need it.
+///
+/// Example: [`total_gradient`].
 #[derive(Clone, Copy)]
 pub struct TotalGradient<'a> {
     /// The system.
@@ -106,6 +110,49 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
 ///
 /// # Errors
 /// If the trajectory is not a strict local optimum, so that it has no derivative.
+///
+/// ```
+/// use supple::Scratch;
+/// use supple::gradient::{FrozenGradient, Functional, GradientWorkspace, TotalGradient};
+/// use supple::gradient::{frozen_gradient, total_gradient};
+/// use supple::pipeline::TaskState;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &problem.planning, None)?;
+/// let (mut work, mut scratch) = (GradientWorkspace::new(task.system.dimensions(), task.steps), Scratch::new());
+/// let at = TotalGradient {
+///     system: &*task.system,
+///     phi: &phi,
+///     noise_model: &task.noise,
+///     initial_state: &task.initial_state,
+///     plan: &state.plan,
+///     belief: &state.belief,
+///     noise: &state.noise,
+/// };
+/// let (mut total, mut frozen) = (Vec::new(), FrozenGradient::default());
+/// total_gradient(&at, Functional::INFORMATION, &mut work, &mut scratch, &mut total)?;
+/// let planned = (&state.plan, &state.belief, &state.noise);
+/// frozen_gradient((&*task.system, &phi[..], &task.noise), planned, &mut work, &mut scratch, &mut frozen);
+///
+/// // The variance of the sensor does not change the plan, so both are the same.
+/// assert!(total[0] < 0.0 && (total[0] / frozen.information[0] - 1.0).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn total_gradient(
     task: &TotalGradient,
     functional: Functional,

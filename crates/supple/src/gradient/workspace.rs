@@ -9,6 +9,8 @@ use supple_model::system::{Constraints, Curvature, System};
 use crate::plan::Plan;
 
 /// Memory of the gradients.
+///
+/// Example: [`total_gradient`](crate::gradient::total_gradient).
 #[derive(Clone, Debug)]
 pub struct GradientWorkspace {
     pub(super) belief: BeliefAdjoint,

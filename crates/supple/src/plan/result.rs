@@ -8,9 +8,13 @@ use supple_model::system::Curvature;
 use super::{PlanMode, PlanStatus};
 
 /// A gradient counts as valid when the plan's relative stationarity is at most this.
+///
+/// Example: [`plan`](crate::plan::plan()).
 pub const VALID_STATIONARITY: f64 = 1e-8;
 
 /// A reference trajectory with its control law, and how the search for it ended.
+///
+/// Example: [`plan`](crate::plan::plan()).
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The trajectory.

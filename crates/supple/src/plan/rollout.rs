@@ -6,6 +6,8 @@ use supple_model::system::{RollOut, System};
 /// Rolls the noise-free system out under `u = ubar + step k + K (x - xbar)` around `reference`; returns its cost.
 ///
 /// The first state of `out` is that of `reference`.
+///
+/// Example: [`plan`](crate::plan::plan()).
 pub fn rollout(
     system: &dyn System,
     phi: &[f64],
@@ -29,6 +31,8 @@ pub(crate) fn rollout_within(
 }
 
 /// Rolls the noise-free system out from the first state under the controls of `trajectory`; returns its cost.
+///
+/// Example: [`plan`](crate::plan::plan()).
 pub fn simulate_controls(system: &dyn System, phi: &[f64], trajectory: &mut Trajectory, scratch: &mut Scratch) -> f64 {
     system.roll_out(RollOut::Controls, phi, trajectory, scratch)
 }

@@ -35,6 +35,41 @@ const SHARE: f64 = 0.3;
 ///
 /// # Errors
 /// Where the first guess already leads to a cost or derivative that is not finite.
+///
+/// ```
+/// use supple::Scratch;
+/// use supple::plan::{Plan, PlanWorkspace, VALID_STATIONARITY, plan, rollout, simulate_controls};
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let size = task.system.dimensions();
+/// let (mut found, mut work) = (Plan::zeros(size, task.steps), PlanWorkspace::new(size, task.steps));
+/// let mut scratch = Scratch::new();
+/// task.write_guess(&phi, None, &mut found.trajectory);
+/// plan(task.nominal(&phi), &problem.planning, &mut found, &mut work, &mut scratch)?;
+/// assert!(found.status.is_converged() && found.relative_stationarity <= VALID_STATIONARITY);
+///
+/// // Its controls, and its control law, lead along the same trajectory.
+/// let mut again = found.trajectory.clone();
+/// let cost = simulate_controls(&*task.system, &phi, &mut again, &mut scratch);
+/// assert!((cost - found.nominal_cost).abs() < 1e-9);
+/// let cost = rollout(&*task.system, &phi, &found.trajectory, (&found.policy, 1.0), &mut again, &mut scratch);
+/// assert!((cost - found.nominal_cost).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn plan(
     problem: NominalProblem,
     settings: &PlanSettings,

@@ -7,6 +7,8 @@ use supple_lqg::Dimensions;
 use supple_model::Trajectory;
 
 /// Memory that planning reuses.
+///
+/// Example: [`plan`](crate::plan::plan()).
 #[derive(Clone, Debug)]
 pub struct PlanWorkspace {
     pub(super) candidate: Trajectory,

@@ -1,6 +1,8 @@
 use supple_kernels::Matrices;
 
 /// A sensor that may be selected.
+///
+/// Example: [`Selection`](crate::sensors::Selection).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// Its name.

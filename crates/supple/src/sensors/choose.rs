@@ -5,6 +5,8 @@ use super::{Memory, Selection, Worth};
 use crate::Error;
 
 /// The goal for which a set of sensors is chosen.
+///
+/// Example: [`Selection`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// The least expected cost within the limits.
@@ -19,6 +21,8 @@ pub enum Goal {
 }
 
 /// Limits on a set of sensors.
+///
+/// Example: [`Selection`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Maximum total price.
@@ -28,6 +32,8 @@ pub struct Limits {
 }
 
 /// In which order greedy choice takes sensors.
+///
+/// Example: [`Searched`](crate::sensors::Searched).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
@@ -38,6 +44,8 @@ pub enum Rule {
 }
 
 /// A chosen set.
+///
+/// Example: [`Selection`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chosen {
     /// Its candidates, by index in [`Selection::candidates`]: in the order in which they were taken, or ascending.

@@ -5,6 +5,8 @@ use slsqp::{Func, StopTols};
 use super::{Candidate, Goal, Limits, Selection, Weights};
 
 /// A lower bound on the best set of sensors, from a relaxed problem in which sensors may be present in part.
+///
+/// Example: [`Searched`](crate::sensors::Searched).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relaxation {
     /// No set within the limits does better than this: expected cost, information in nats, or price, by the goal.

@@ -28,6 +28,8 @@ pub(super) struct Sight {
 }
 
 /// What a set of sensors is worth in one task, or in several together.
+///
+/// Example: [`Searched`](crate::sensors::Searched).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Worth {
     /// Expected cost, along the plan as it is.

@@ -4,8 +4,11 @@ use super::InformationWeights;
 use supple_text::digits;
 
 /// How a design is searched for.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "How a design is searched for."))]
 #[serde(default, deny_unknown_fields)]
 pub struct DesignSettings {
     /// The optimiser.
@@ -44,9 +47,32 @@ pub struct DesignSettings {
 }
 
 /// Roll-outs of one result at most.
+///
+/// Example: [`check_rollouts`](crate::check_rollouts).
 pub const MOST_ROLLOUTS: usize = 10_000_000;
 
 /// Default number of roll-outs, except for large robots.
+///
+/// ```
+/// use supple::settings::ROLLOUTS;
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// assert_eq!((problem.rollouts(None), problem.rollouts(Some(20))), (ROLLOUTS, 20));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub const ROLLOUTS: usize = 256;
 
 impl Default for DesignSettings {
@@ -130,8 +156,11 @@ impl DesignSettings {
 }
 
 /// An optimiser.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "An optimiser."))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Method {
@@ -145,8 +174,11 @@ pub enum Method {
 }
 
 /// A gradient to optimise with.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "A gradient to optimise with."))]
 #[serde(rename_all = "snake_case")]
 pub enum GradientKind {
     /// Plan, feedback and filter all vary with the design.

@@ -9,6 +9,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Weights of the three kinds of information in the objective of a design.
 ///
 /// Written as one of `"needed"`, `"used"` and `"measured"`, or as a table of weights.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InformationWeights {
     /// Weight of the minimum information over all sensors and controllers at the cost limit.

@@ -4,8 +4,11 @@ use supple_text::digits;
 use supple_lqg::Regularisation;
 
 /// How plans are searched for.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "How plans are searched for."))]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanSettings {
     /// How the reference trajectory and its feedback are chosen. Older files call this key `mode`.
@@ -60,8 +63,11 @@ impl Default for PlanSettings {
 }
 
 /// How the reference trajectory and its feedback are chosen.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "How the reference trajectory and its feedback are chosen."))]
 #[serde(rename_all = "snake_case")]
 pub enum PlanMode {
     /// Without noise, by line search, to a tight tolerance: information and cost are smooth in the design.
@@ -109,8 +115,14 @@ impl std::fmt::Display for PlanMode {
 }
 
 /// Which second derivatives of the cost the final control law and the expected cost use (theory, equation P.1a).
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "schema",
+    schemars(description = "Which second derivatives of the cost the final control law and the expected cost use.")
+)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CostCurvature {
@@ -124,8 +136,11 @@ pub enum CostCurvature {
 }
 
 /// What the regularisation acts on (theory, equation P.2d).
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "What the regularisation acts on (theory, equation P.2d)."))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum RegularisationKind {
@@ -147,8 +162,11 @@ impl RegularisationKind {
 }
 
 /// Settings of the sampled mode.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "Settings of the sampled mode."))]
 #[serde(default, deny_unknown_fields)]
 pub struct SampledSettings {
     /// Iterations at most.
@@ -168,8 +186,11 @@ impl Default for SampledSettings {
 }
 
 /// Settings of belief-space plans.
+///
+/// Example: the [module](crate::settings).
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(description = "Settings of belief-space plans."))]
 #[serde(default, deny_unknown_fields)]
 pub struct BeliefSettings {
     /// Number of searches; the first starts from the nominal plan, the others from random variations of it, and the
@@ -241,6 +262,8 @@ impl PlanSettings {
 }
 
 /// How planning ended.
+///
+/// Example: [`Problem::new`](crate::Problem::new).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

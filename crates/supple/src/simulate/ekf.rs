@@ -8,6 +8,16 @@ use crate::Error;
 /// Extended Kalman filters of a batch of samples in step with one another; each linearises at its own estimate.
 ///
 /// Matrices and vectors are indexed by sample.
+///
+/// ```
+/// use supple::Dimensions;
+/// use supple::lqg::Noise;
+/// use supple::simulate::FilterBatch;
+///
+/// let mut filters = FilterBatch::new(Dimensions { states: 2, controls: 1, measurements: 1 }, 3);
+/// filters.start(&[1.0, 0.0], &Noise::zeros(2, 1));
+/// assert_eq!((filters.count(), filters.means.vector(2)), (3, &[1.0, 0.0][..]));
+/// ```
 #[derive(Clone, Debug)]
 pub struct FilterBatch {
     /// Estimates `mu`, length n.

@@ -39,6 +39,8 @@ pub(crate) use truth::Truth;
 pub use truth::{Plant, World};
 
 /// One closed-loop run, up to the step where it diverges, if it does.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Seed of its noise.
@@ -382,6 +384,8 @@ const LOOKED_AT: usize = 25;
 pub(crate) const BATCH: usize = 32;
 
 /// How many closed-loop roll-outs, and the seed of their noise.
+///
+/// Example: [`monte_carlo`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rollouts {
     /// Their number.
@@ -391,6 +395,8 @@ pub struct Rollouts {
 }
 
 /// What the filter of a closed loop assumes, and what its plant is.
+///
+/// Example: [`monte_carlo`].
 #[derive(Clone, Copy)]
 pub struct Worlds<'a> {
     /// Parameters and noise that the filter assumes.
@@ -413,6 +419,41 @@ impl<'a> Worlds<'a> {
 ///
 /// # Errors
 /// Where a covariance is indefinite.
+///
+/// ```
+/// use supple::pipeline::TaskState;
+/// use supple::simulate::{Rollouts, World, Worlds, monte_carlo, sample, sample_number, sampled_costs};
+/// # let task = r#"
+/// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
+/// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
+/// #     [[tasks]]
+/// #     name = "balance"
+/// #     steps = 50
+/// #     time_step = 0.1
+/// #     bound = 15.0
+/// #     initial_state = [1.0, 0.0]
+/// #     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.1]], R = [[0.1]] }]
+/// # "#;
+///
+/// // The task of the front page.
+/// let problem = supple_file::parse(task, "balance.toml")?;
+/// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+/// let mut state = TaskState::new(task);
+/// state.evaluate(task, &phi, &problem.planning, None)?;
+/// let (rollouts, expected) = (Rollouts { count: 200, seed: 1 }, state.cost.expected());
+/// let found = monte_carlo(task, &phi, &state.plan, &state.noise, expected, rollouts)?;
+/// assert!((found.cost_mean / expected - 1.0).abs() < 0.1);
+/// assert!(found.consistency.is_some_and(|consistency| (consistency.mean - 1.0).abs() < 0.1));
+/// assert!(found.realised_bits.is_some_and(|bits| bits.mean > 0.0));
+///
+/// // The first run by itself, and the costs of all.
+/// let run = sample(task, &phi, &state.plan, &state.noise, 1)?;
+/// assert_eq!(sample_number(task, &phi, &state.plan, &state.noise, (1, 0))?, run);
+/// let worlds = Worlds::same(World { phi: &phi, noise: &state.noise });
+/// assert_eq!(sampled_costs(task, &state.plan, worlds, rollouts)?.len(), 200);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn monte_carlo(
     task: &Task,
     phi: &[f64],
@@ -430,6 +471,8 @@ pub fn monte_carlo(
 ///
 /// # Errors
 /// Where a covariance is indefinite.
+///
+/// Example: [`monte_carlo`].
 pub fn sampled_costs(task: &Task, plan: &Plan, worlds: Worlds, rollouts: Rollouts) -> Result<Vec<f64>, Error> {
     Ok(sampled(task, (plan, None), worlds, rollouts)?.into_iter().map(|outcome| outcome.cost).collect())
 }

@@ -11,6 +11,8 @@ use crate::problem::Task;
 ///
 /// # Errors
 /// Where a covariance is indefinite.
+///
+/// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 pub fn sample(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise, seed: u64) -> Result<Sample, Error> {
     sample_number(task, phi, plan, noise, (seed, 0))
 }
@@ -19,6 +21,8 @@ pub fn sample(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise, seed: u64) -
 ///
 /// # Errors
 /// Where a covariance is indefinite.
+///
+/// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 pub fn sample_number(
     task: &Task,
     phi: &[f64],

@@ -24,6 +24,8 @@ pub(crate) struct Outcome {
 }
 
 /// A task in closed loop, sampled.
+///
+/// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonteCarlo {
     /// How many roll-outs.
@@ -70,6 +72,20 @@ pub struct MonteCarlo {
 
 /// Roll-outs whose plant takes finer steps than the task; the steps of its controller and filter are as long as
 /// before. Each has the noise of the roll-out of the same number on the task's own steps.
+///
+/// In results:
+///
+/// ```json
+/// {
+///   "times": 8,
+///   "rollouts": 32,
+///   "diverged": 0,
+///   "cost_mean": 31.2,
+///   "own_cost_mean": 31.0,
+///   "median_difference": 0.1,
+///   "difference_standard_error": 0.05
+/// }
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinerSteps {
     /// Steps of the plant in one of the task's (or of its sub-steps).
@@ -106,6 +122,8 @@ pub struct FinerSteps {
 /// Normalised squared innovations `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the
 /// filter's covariance is that of its errors, more if it is overconfident, less if it is underconfident (theory, equation
 /// I.12).
+///
+/// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Consistency {
     /// The mean.
@@ -120,6 +138,8 @@ pub struct Consistency {
 }
 
 /// A mean of samples, in their unit.
+///
+/// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean.
@@ -135,6 +155,8 @@ pub struct Estimate {
 }
 
 /// In how many roll-outs a contact touched.
+///
+/// Example: [`ContactCurve`](crate::ContactCurve).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TouchShare {
     /// The contact.

@@ -9,6 +9,8 @@ use crate::problem::Task;
 /// Propagates true states in place of a model: from the number of a step, states (vectors of length n) and controls
 /// (vectors of length m) of all samples to their next states (vectors of length n). Numbers that are not finite are those
 /// of a sample that diverged.
+///
+/// Example: [`Elsewhere`](crate::Elsewhere).
 pub type Plant<'a> = &'a (dyn Fn(usize, &Matrices, &Matrices, &mut Matrices) + Sync);
 
 /// The true system in a roll-out, whatever its filter assumes.
@@ -38,6 +40,8 @@ impl<'a> Truth<'a> {
 }
 
 /// Parameters and noise: the true ones, or those that a controller assumes.
+///
+/// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 #[derive(Clone, Copy, Debug)]
 pub struct World<'a> {
     /// All parameters.

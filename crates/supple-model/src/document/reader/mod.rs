@@ -22,6 +22,8 @@ use variant::within_settings;
 ///
 /// Stricter than the reader that comes with the parser: a list for `[T; N]` has N entries, neither fewer nor more, and
 /// only a table is accepted for a struct. Errors carry the path to the offending value.
+///
+/// Example: the [module](crate::document).
 #[derive(Clone, Copy)]
 pub struct Reader<'a> {
     value: &'a Spanned<Content<'a>>,

@@ -12,6 +12,15 @@ use crate::document::read_error::ReadError;
 use crate::value::as_key;
 
 /// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
+///
+/// ```
+/// use supple_model::document::{Content, Reader, Spanned};
+///
+/// let value = Spanned::new(0..11, Content::Text("quadratic".into()));
+/// let norm = Reader::new(&value).variant(&["absolute", "quadratic"])?;
+/// assert_eq!(norm.name(), "quadratic");
+/// # Ok::<(), supple_model::document::ReadError>(())
+/// ```
 pub struct Variant<'a> {
     pub(super) name: &'a str,
     /// Byte range of the name, if it is a key.

@@ -28,6 +28,8 @@ struct Ahead<S> {
 }
 
 /// Positions and velocities of everything, with the indices of one compliance element's own coordinates and constants.
+///
+/// Example: the [module](crate::model::coupling).
 pub struct Own<'a, S> {
     now: &'a Situation<'a, S>,
     /// Index of the element's first coordinate among those that compliance adds.
@@ -37,6 +39,8 @@ pub struct Own<'a, S> {
 }
 
 /// Total forces of drives, compliance and joints.
+///
+/// Example: the [module](crate::model::coupling).
 #[derive(Debug)]
 pub struct Forces<S> {
     /// Generalised forces on the degrees of freedom and on the coordinates that compliance adds, N m or N.

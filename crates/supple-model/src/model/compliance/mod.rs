@@ -52,6 +52,8 @@ impl Element {
 ///
 /// It stores the indices of the frames and positions on which it acts; [`Names`] resolves them when the file is read.
 /// Its functions are recorded only once, so favour readability over speed; do not branch on computed numbers.
+///
+/// Example: the [module](crate::model::coupling).
 pub trait Compliance: Debug + Send + Sync + 'static {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
@@ -145,6 +147,8 @@ pub trait Compliance: Debug + Send + Sync + 'static {
 }
 
 /// How an element is read from a task file.
+///
+/// Example: the [module](crate::model::coupling).
 pub trait ComplianceFile: Compliance + Sized {
     /// The keys of its table, except `kind` and `name`.
     type File: for<'de> Deserialize<'de> + Described;
@@ -157,6 +161,8 @@ pub trait ComplianceFile: Compliance + Sized {
 }
 
 /// Lower limit of the value of a key.
+///
+/// Example: the [module](crate::model::coupling).
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
     pub(super) key: &'static str,
@@ -181,6 +187,8 @@ impl Rule {
 }
 
 /// A spring and damper acting in parallel with a joint.
+///
+/// Example: the [module](crate::model::coupling).
 #[derive(Clone, Copy, Debug)]
 pub struct BesideJoint {
     /// The joint's degree of freedom.
@@ -194,6 +202,8 @@ pub struct BesideJoint {
 }
 
 /// A force that decreases by `rows' block rows r` with the rates `r` of all positions.
+///
+/// Example: the [module](crate::model::coupling).
 #[derive(Clone, Debug)]
 pub struct Resistance<S> {
     /// N s/m or N m s/rad: symmetric, positive semidefinite.
@@ -269,6 +279,8 @@ fn squares<S: Scalar>(terms: &[(S, [S; 3])]) -> [[S; 3]; 3] {
 }
 
 /// How an element is drawn in a picture.
+///
+/// Example: the [module](crate::model::coupling).
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn {
     /// What it is drawn as.

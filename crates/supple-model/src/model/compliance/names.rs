@@ -2,6 +2,8 @@ use crate::physics::locked_message;
 use crate::quantity::Unfit;
 
 /// The names that an element may refer to.
+///
+/// Example: the [module](crate::model::coupling).
 #[derive(Clone, Copy, Debug)]
 pub struct Names<'a> {
     /// The degrees of freedom.

@@ -14,6 +14,25 @@ pub use tape::{Instruction, Tape, TapeError, TapeParts};
 ///
 /// They are differentiated and compiled like the physics of any other model. Its own cost is added to those of the
 /// task.
+///
+/// ```
+/// use supple_model::system::{Authored, System};
+/// use supple_model::{Channels, Dimensions, Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
+///
+/// // x+ = x + time_step u and y = x. Values 0, 1 and 2 are x, u and the time step, 3 and 4 the results.
+/// let tape = |instructions: Vec<Instruction>, output: u32| {
+///     Tape::new(TapeParts { states: 1, controls: 1, instructions, outputs: vec![output], ..TapeParts::default() })
+/// };
+/// let step = tape(vec![Instruction::Mul(1, 2), Instruction::Add(0, 3)], 4)?;
+/// let observe = tape(Vec::new(), 0)?;
+/// let channels = Channels::plain(vec!["x".to_owned()], Dimensions { states: 1, controls: 1, measurements: 1 });
+/// let model = Recorded::new(RecordedParts { channels, parameters: 0, step, observe, cost: None, final_cost: None })?;
+/// let mut next = [0.0];
+/// Authored::new(model, Vec::new(), 0.1, 0).step(0, &[1.0], &[2.0], &[], &mut next);
+/// assert!((next[0] - 1.2).abs() < 1e-12);
+/// assert!(matches!(tape(Vec::new(), 7), Err(TapeError::Output { value: 7, .. })));
+/// # Ok::<(), TapeError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RecordedParts", into = "RecordedParts")]
 pub struct Recorded {
@@ -23,6 +42,8 @@ pub struct Recorded {
 }
 
 /// The parts of a [`Recorded`] model, unchecked, as stored in files.
+///
+/// Example: [`Recorded`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedParts {

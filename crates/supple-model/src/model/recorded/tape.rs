@@ -2,6 +2,8 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::Scalar;
 
 /// One operation on values of a [`Tape`], which are referred to by number.
+///
+/// Example: [`Recorded`](crate::model::Recorded).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Instruction {
@@ -99,6 +101,8 @@ impl Instruction {
 ///
 /// Its values are numbered: first the inputs, which are the states, the controls, the parameters and the time step;
 /// then the constants; then the results of the instructions, in their order.
+///
+/// Example: [`Recorded`](crate::model::Recorded).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "TapeParts", into = "TapeParts")]
 pub struct Tape {
@@ -106,6 +110,8 @@ pub struct Tape {
 }
 
 /// The parts of a [`Tape`], unchecked, as stored in files.
+///
+/// Example: [`Recorded`](crate::model::Recorded).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TapeParts {
@@ -124,6 +130,8 @@ pub struct TapeParts {
 }
 
 /// An error in a [`Tape`], or in several that do not fit together.
+///
+/// Example: [`Recorded`](crate::model::Recorded).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TapeError {

@@ -57,6 +57,17 @@ use native::{Part, run};
 /// ```
 ///
 /// where the forces of springs, dampers, friction and contacts in `tau` may be evaluated at the end of the step.
+///
+/// In a task file:
+///
+/// ```toml
+/// [model]
+/// kind = "robot"
+/// file = "arm.urdf"
+/// actuated = ["shoulder", "elbow"]
+/// compliance = [{ kind = "spring", name = "return", joint = "elbow", stiffness = "elbow_stiffness", damping = 0.5 }]
+/// sensors = [{ kind = "joint_position", variance = 1e-6 }]
+/// ```
 #[derive(Clone, Debug)]
 pub struct Robot {
     /// The file that it was read from.

@@ -105,6 +105,32 @@ pub(super) fn rows(journal: &Journal) -> Result<Vec<Vec<Cell>>, StudyError> {
 ///
 /// # Errors
 /// Where there is no journal, or it is in use or damaged.
+///
+/// ```
+/// use supple_study::sweep::{Axis, SweepOptions, kept_points, run};
+/// use supple_study::{LoadedTask, Source, Watch};
+/// # let text = r#"
+/// #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
+/// #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
+/// #     [[tasks]]
+/// #     name = "hold"
+/// #     steps = 20
+/// #     time_step = 0.1
+/// #     initial_state = [1.0]
+/// #     noise = { initial = [1e-2], process = [1e-3], measurement = ["variance"] }
+/// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
+/// # "#;
+/// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
+///
+/// // The task of the front page.
+/// let task = LoadedTask::restore(&[source], &[])?;
+/// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
+/// let folder = tempfile::tempdir()?;
+/// let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+/// run(&task, &options, Some(folder.path()), Watch::default())?;
+/// assert_eq!(kept_points(folder.path())?, 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn kept_points(folder: &Path) -> Result<u64, StudyError> {
     count(folder, ROWS)
 }
