@@ -244,7 +244,7 @@ impl Problem {
 /// A sensor of a catalogue.
 ///
 /// ```
-/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_sensors.toml");
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/wiping_arm_sensors.toml");
 /// let problem = supple_file::load(file)?;
 /// let catalogue = problem.catalogue.ok_or("it has a catalogue")?;
 /// assert!(catalogue.iter().all(|sensor| sensor.price >= 0.0));

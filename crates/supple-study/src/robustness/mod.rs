@@ -3,12 +3,10 @@
 //! # Two designs at three levels
 //!
 //! ```
-//! use std::sync::atomic::AtomicBool;
-//!
 //! use supple_study::robustness::{DesignChoice, PlannedFor, RobustnessOptions, RobustnessUnits};
 //! use supple_study::robustness::{combine, parts, run};
 //! use supple_study::sweep::Axis;
-//! use supple_study::{LoadedTask, Source, Watch};
+//! use supple_study::{LoadedTask, Source, Stop, Watch};
 //! # let text = r#"
 //! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
 //! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
@@ -37,10 +35,10 @@
 //! assert!(study.comparisons[0].at_greatest.difference.is_finite());
 //!
 //! // The same by parts, which may run in different processes.
-//! let (units, stop) = (RobustnessUnits::new(&task, &options, Vec::new())?, AtomicBool::new(false));
+//! let (units, stop) = (RobustnessUnits::new(&task, &options, Vec::new())?, Stop::never());
 //! let (designs, cells) = parts(&task, &options)?;
-//! let designs = (0..designs).map(|design| units.design(&task, design, &stop)).collect::<Result<Vec<_>, _>>()?;
-//! let again = combine(&task, &options, designs, units.cells(&task, 0..cells, &stop)?)?;
+//! let designs = (0..designs).map(|design| units.design(&task, design, stop)).collect::<Result<Vec<_>, _>>()?;
+//! let again = combine(&task, &options, designs, units.cells(&task, 0..cells, stop)?)?;
 //! assert_eq!(again.cells, study.cells);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

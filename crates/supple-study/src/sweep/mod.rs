@@ -7,10 +7,8 @@
 //! # Three points
 //!
 //! ```
-//! use std::sync::atomic::AtomicBool;
-//!
 //! use supple_study::sweep::{Axis, Collector, Holds, SweepOptions, SweepUnits, misses_contact, run};
-//! use supple_study::{LoadedTask, Source, Watch};
+//! use supple_study::{LoadedTask, Source, Stop, Watch};
 //! # let text = r#"
 //! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
 //! #     parameters.variance = { initial = 1e-2, bounds = [1e-4, 1.0] }
@@ -34,10 +32,10 @@
 //! assert_eq!((Holds::of(&sweep.columns[0]), misses_contact(&sweep.columns[0])), (Holds::Numbers, None));
 //!
 //! // The same by units, which may run in different processes.
-//! let (mut collector, stop) = (Collector::open(&task, &options, None)?, AtomicBool::new(false));
+//! let (mut collector, stop) = (Collector::open(&task, &options, None)?, Stop::never());
 //! let units = SweepUnits::new(&task, &options)?;
 //! while let Some(unit) = collector.next_unit(1) {
-//!     let rows = units.work(&unit, &stop)?;
+//!     let rows = units.work(&unit, stop)?;
 //!     collector.keep(&[(unit, rows)])?;
 //! }
 //! assert_eq!(collector.finish()?, sweep);

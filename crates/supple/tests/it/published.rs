@@ -100,3 +100,74 @@ fn the_package_for_python_shares_the_build_of_the_tests() -> Result<(), Box<dyn 
     assert!(differ.is_empty(), "built again, with other features; give supple-py those of the tests: {differ:#?}");
     Ok(())
 }
+
+/// All Rust sources below a folder.
+fn sources(folder: &Path, out: &mut Vec<String>) -> Result<(), Box<dyn Error>> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            sources(&path, out)?;
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            out.push(fs::read_to_string(path)?);
+        }
+    }
+    Ok(())
+}
+
+/// The names that a front page offers from its own modules.
+fn offered(page: &str) -> Vec<String> {
+    let mut names = Vec::new();
+    for line in page.split("\npub use ").skip(1).filter_map(|rest| rest.split(';').next()) {
+        let own = !line.starts_with("supple_");
+        let list = line.rsplit_once("::").map_or(line, |(_, list)| list);
+        let list = line.split_once('{').map_or(list, |(_, list)| list.trim_end_matches('}'));
+        names.extend(list.split(',').map(|name| name.trim().to_owned()).filter(|name| own && !name.is_empty()));
+    }
+    names
+}
+
+/// The documentation of all definitions of a name as a type, a trait or a function.
+fn documentation<'a>(sources: &'a [String], name: &str) -> Vec<&'a str> {
+    let of_source = |source: &'a String| {
+        let lines: Vec<&str> = source.lines().collect();
+        let is_definition = |line: &str| {
+            ["struct", "enum", "trait", "fn", "const fn", "type"].iter().any(|kind| {
+                let rest = line.strip_prefix(&format!("pub {kind} {name}"));
+                rest.is_some_and(|rest| !rest.starts_with(|next: char| next.is_alphanumeric() || next == '_'))
+            })
+        };
+        let at = lines.iter().position(|line| is_definition(line))?;
+        let above = lines[..at].iter().rev().take_while(|line| !line.is_empty() && !line.starts_with('}'));
+        Some(above.copied().collect::<Vec<_>>())
+    };
+    sources.iter().filter_map(of_source).flatten().collect()
+}
+
+#[test]
+fn whatever_a_front_page_offers_has_an_example() -> Result<(), Box<dyn Error>> {
+    let mut missing = Vec::new();
+    let mut seen = 0;
+    for name in ["lqg", "robot", "model", "file", "study", "figures", "report"].map(|name| format!("supple-{name}")) {
+        seen += without_example(&name, &mut missing)?;
+    }
+    seen += without_example("supple", &mut missing)?;
+    assert!(missing.is_empty(), "neither an example nor a link to one: {missing:?}");
+    assert!(seen > 200, "{seen} were found");
+    Ok(())
+}
+
+/// Counts what the front page of a crate offers, and adds what has neither an example nor a link to one to `missing`.
+fn without_example(name: &str, missing: &mut Vec<String>) -> Result<usize, Box<dyn Error>> {
+    let folder = Path::new(CRATES).join(name).join("src");
+    let (page, mut all) = (fs::read_to_string(folder.join("lib.rs"))?, Vec::new());
+    sources(&folder, &mut all)?;
+    let offered = offered(&page);
+    let documented = offered.iter().map(|item| (item, documentation(&all, item)));
+    let documented: Vec<_> = documented.filter(|(_, lines)| !lines.is_empty()).collect();
+    for (item, lines) in &documented {
+        if !lines.iter().any(|line| line.contains("```") || line.contains("Example")) {
+            missing.push(format!("{name}: {item}"));
+        }
+    }
+    Ok(documented.len())
+}

@@ -33,7 +33,7 @@ fn weights_that_do_not_fit_are_refused() {
         ),
     ] {
         let task = arm().costing(&cost("joint_position", keys)).where_(&[("a", 1.0)]);
-        let error = supple_file::parse(&task.text(), "tests/data/task.toml").unwrap_err().to_string();
+        let error = supple_file::parse(&task.text(), "tests/data/task.toml").err().unwrap().to_string();
         assert!(error.contains(said), "{error}");
     }
 }
