@@ -73,7 +73,7 @@ mod tests {
         assert_eq!(label("k₁", "N/m", 3), "k₁ (10³ N/m)");
         assert_eq!((label("", "", 0).as_str(), label("time", "s", 0).as_str()), ("", "time (s)"));
         assert_eq!((fixed(-1.5, 1).as_str(), fixed(-0.001, 1).as_str()), ("−1.5", "0.0"));
-        let shown = [0.0, 250.0, 0.05, 99_950.0, 1e-4, -2.5e-7, 135.912].map(short);
+        let shown = [0.0, 250.0, 0.05, 99_950.0, 1e-4, -2.5e-7, 135.912].map(typeset);
         assert_eq!(shown, ["0", "250", "0.05", "10⁵", "10⁻⁴", "−2.5×10⁻⁷", "136"]);
     }
 }

@@ -209,43 +209,6 @@ fn turn(a: &mut Dense, (i, j): (usize, usize), (cosine, sine): (f64, f64)) {
     }
 }
 
-/// `f` with `f f' = a` and as many columns as the rank of a symmetric positive semidefinite `a`: by eigenvalues, after rows
-/// are scaled to a variance of 1, so that units do not matter. Eigenvalues below rounding count as 0.
-///
-/// # Errors
-/// A message, if `a` is not positive semidefinite, not symmetric or not finite: which of its entries, counted from 0, or
-/// which eigenvalue.
-pub fn semidefinite_root(a: &Dense) -> Result<Dense, String> {
-    let n = a.nrows();
-    let deviation: Vec<f64> = (0..n).map(|i| a[(i, i)].max(0.0).sqrt()).collect();
-    let by = |i: usize| if deviation[i] > 0.0 { 1.0 / deviation[i] } else { 0.0 };
-    for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-        let (here, there, scale) = (a[(i, j)], a[(j, i)], deviation[i] * deviation[j]);
-        if !(here.is_finite() && there.is_finite()) {
-            let ([i, j], entry) = if here.is_finite() { ([j, i], there) } else { ([i, j], here) };
-            return Err(format!("entry [{i}][{j}] is {entry:?}"));
-        }
-        if (here - there).abs() > 1e-9 * scale {
-            return Err(format!("entry [{i}][{j}] is {here:?}, and [{j}][{i}] is {there:?}"));
-        }
-        if here.abs() > (1.0 + 1e-9) * scale {
-            let most = format!("greater than the diagonal entries {:?} and {:?} allow", a[(i, i)], a[(j, j)]);
-            return Err(format!("entry [{i}][{j}] is {here:?}, {}", if i == j { "below 0" } else { &most }));
-        }
-    }
-    let correlations = symmetric(Dense::from_fn(n, n, |i, j| a[(i, j)] * by(i) * by(j)));
-    let found = eigen(correlations).ok_or("its eigenvalues were not found")?;
-    let threshold = 16.0 * n as f64 * f64::EPSILON;
-    let least = found.eigenvalues.iter().copied().fold(0.0, f64::min);
-    if least < -1e-9 {
-        return Err(format!("scaled to a diagonal of ones it has the eigenvalue {least:?}"));
-    }
-    let kept: Vec<usize> = (0..n).filter(|&k| found.eigenvalues[k] > threshold).collect();
-    Ok(Dense::from_fn(n, kept.len(), |i, k| {
-        deviation[i] * found.eigenvectors[(i, kept[k])] * found.eigenvalues[kept[k]].sqrt()
-    }))
-}
-
 /// The first `rows` rows and `cols` columns of the first matrix, as a constant sequence.
 pub fn first(matrices: &Matrices, rows: usize, cols: usize) -> Matrices {
     let mut out = Matrices::constant(rows, cols);

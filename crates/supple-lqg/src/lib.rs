@@ -67,13 +67,13 @@ mod partials;
 mod recursion;
 mod riccati;
 mod riccati_adjoint;
+mod semidefinite;
 mod shape;
 mod transport;
 
 pub use arrays::{Entries, constant, sequence};
 pub use belief::{
-    Belief, BeliefAdjoint, BeliefSeeds, Innovation, correct_each, kalman, mend, predict_each, reverse_kalman,
-    solve_column,
+    Belief, BeliefAdjoint, BeliefSeeds, Innovation, correct_each, kalman, predict_each, reverse_kalman, solve_column,
 };
 pub use bound::Horizon;
 pub use error::Error;
@@ -87,6 +87,7 @@ pub use riccati::{
     solve_riccati,
 };
 pub use riccati_adjoint::{RiccatiAdjoint, RiccatiSeeds, reverse_riccati};
+pub use semidefinite::{mend, refuse_indefinite, semidefinite_factor};
 pub use supple_kernels::Matrices;
 
 // The example of the README runs as a test.

@@ -8,9 +8,9 @@ use rayon::ThreadPoolBuilder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use supple::Stop;
-use supple::design::{Control, DesignSettings};
+use supple::design::{Control, DesignSettings, StartSummary};
 use supple::{Dimensions, Level};
-use supple_study::design::{Found, run_start};
+use supple_study::design::run_start;
 use supple_study::robustness::{RobustnessOptions, RobustnessUnits};
 use supple_study::sweep::{SweepOptions, SweepUnit, SweepUnits};
 use supple_study::{LoadedTask, StudyError};
@@ -26,7 +26,7 @@ pub enum Shared {
     Sweep(SweepOptions),
     Design(DesignSettings),
     /// With the starts of the optimum, where that is one of the designs.
-    Robustness(RobustnessOptions, Vec<Found>),
+    Robustness(RobustnessOptions, Vec<StartSummary>),
 }
 
 /// A unit of work.

@@ -52,7 +52,6 @@ use supple::{
 };
 
 pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
-pub use crate::found::Found;
 use crate::journal::{Identity, Parts};
 use crate::watch::{Progress, Searching, Silent};
 use crate::{LoadedTask, StudyError, Watch};
@@ -216,9 +215,9 @@ pub fn run_observed(
     let clock = Instant::now();
     let search = |start: usize| {
         let name = format!("start {start}");
-        if let Some(found) = parts.find::<Found>(&name)? {
+        if let Some(found) = parts.find::<StartSummary>(&name)? {
             watch.progress.advance(1);
-            return Ok(Some(found.summary(problem)?));
+            return Ok(Some(checked(found, problem)?));
         }
         // The first start is always made: it is what there is to show.
         if start > 0 && watch.is_stopped() {
@@ -227,7 +226,7 @@ pub fn run_observed(
         let summary = searcher.search_start(phi, start)?;
         // A start that was running when the stop was requested may be incomplete.
         if !watch.is_stopped() {
-            parts.keep(&name, &Found::of(summary.clone()))?;
+            parts.keep(&name, &summary)?;
         }
         watch.progress.advance(1);
         Ok(Some(summary))
@@ -255,10 +254,10 @@ pub fn run_start(
     settings: &DesignSettings,
     start: usize,
     control: Control,
-) -> Result<Found, StudyError> {
+) -> Result<StartSummary, StudyError> {
     check_designable(task)?;
     let summary = searcher(task, settings, control).search_start(&task.phi, start)?;
-    if control.is_stopped() { Err(StudyError::Stopped) } else { Ok(Found::of(summary)) }
+    if control.is_stopped() { Err(StudyError::Stopped) } else { Ok(summary) }
 }
 
 /// The report of starts that were searched from elsewhere, all of them and in their order: the same, to the last bit,
@@ -271,7 +270,7 @@ pub fn run_start(
 pub fn combine(
     task: &LoadedTask,
     settings: &DesignSettings,
-    starts: Vec<Found>,
+    starts: Vec<StartSummary>,
     (seconds, control): (f64, Control),
 ) -> Result<DesignReport, StudyError> {
     let found = best_of(task, settings, starts, (seconds, control))?;
@@ -282,16 +281,32 @@ pub fn combine(
 pub(crate) fn best_of(
     task: &LoadedTask,
     settings: &DesignSettings,
-    starts: Vec<Found>,
+    starts: Vec<StartSummary>,
     (seconds, control): (f64, Control),
 ) -> Result<Design, StudyError> {
     let (found, wanted) = (starts.len(), settings.starts);
     if found != wanted {
         return Err(StudyError::Usage(format!("a search from {wanted} starts cannot end with {found} of them")));
     }
-    let starts = starts.into_iter().map(|start| start.summary(&task.problem)).collect::<Result<_, _>>()?;
+    let starts = starts.into_iter().map(|start| checked(start, &task.problem)).collect::<Result<_, _>>()?;
     let searcher = searcher(task, settings, control);
     Ok(searcher.choose(searcher.combine(starts, seconds)?)?)
+}
+
+/// What a start found, if it may be of this problem.
+///
+/// # Errors
+/// Where it does not fit to the problem.
+pub(crate) fn checked(start: StartSummary, problem: &Problem) -> Result<StartSummary, StudyError> {
+    let count = problem.parameters.len();
+    let is_plan = |(controls, task): (&Matrices, &Task)| {
+        (controls.count(), controls.cols()) == (task.steps, task.system.dimensions().controls)
+    };
+    let planned = start.controls.len() == problem.tasks.len();
+    let fits = start.from.len() == count
+        && start.to.len() == count
+        && (start.controls.is_empty() || planned && start.controls.iter().zip(&problem.tasks).all(is_plan));
+    fits.then_some(start).ok_or_else(|| StudyError::usage("the result of a start does not match this task"))
 }
 
 fn searcher<'a>(task: &'a LoadedTask, settings: &'a DesignSettings, control: Control<'a>) -> Searcher<'a> {

@@ -60,7 +60,6 @@ mod error;
 pub mod evaluate;
 mod finite;
 mod folder;
-mod found;
 mod journal;
 mod lenient;
 pub mod pareto;

@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 use supple_kernels::{Matrices, rows};
+use supple_lqg::refuse_indefinite;
 use supple_model::Value;
 use supple_model::document::Place;
 use supple_model::model::AnyModel;
-use supple_model::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, refuse_indefinite};
+use supple_model::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance};
 use supple_model::value::symmetrise;
 use supple_text::FileError;
 

@@ -3,15 +3,16 @@
 use supple_kernels::rows::Long;
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
+use super::array;
 use super::predict::{LEAST, Predict};
 use super::sequential::CorrectEach;
 use super::state::Belief;
 use super::together::{Correct, Digits};
-use super::{array, guard};
 use crate::Error;
 use crate::carried::Carried;
 use crate::dense::{dense, of_rows};
 use crate::knots::Knots;
+use crate::semidefinite::mend;
 use crate::shape::Shape;
 
 /// Updates the covariances of all samples with the measurements of one step, each with its own `C`: from `predicted` to
@@ -91,7 +92,7 @@ impl Job for CorrectAll<'_> {
                 return Some(sample);
             }
             let corrected = self.belief.corrected.at_mut(sample);
-            self.belief.repairs += usize::from(guard::mend(corrected, shape.n, shape.narrow()));
+            self.belief.repairs += usize::from(mend(corrected, shape.n, shape.narrow()));
         }
         None
     }

@@ -1,15 +1,16 @@
 use supple_kernels::rows::Rows;
 use supple_kernels::{Job, Lanes, dispatch, halt};
 
+use super::array;
 use super::predict::{LEAST, Predict};
 use super::sequential::CorrectEach;
 use super::state::{Belief, Form};
 use super::together::{Correct, Digits};
-use super::{array, guard};
 use crate::Error;
 use crate::carried::Carried;
 use crate::knots::Knots;
 use crate::noise::Noise;
+use crate::semidefinite::mend;
 use crate::shape::{Shape, by_length};
 
 /// The Kalman recursion over knots (theory, equation B.1), in Joseph form:
@@ -85,7 +86,7 @@ fn sweep<L: Lanes, R: Rows>(knots: &Knots, noise: &Noise, belief: &mut Belief) -
             }
         }
         if t % GUARD_INTERVAL == 0 || t == steps {
-            belief.repairs += usize::from(guard::mend(belief.corrected.at_mut(t), shape.n, shape.narrow()));
+            belief.repairs += usize::from(mend(belief.corrected.at_mut(t), shape.n, shape.narrow()));
         }
     }
     Ok(())

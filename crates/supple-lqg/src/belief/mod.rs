@@ -3,7 +3,6 @@
 mod adjoint;
 mod array;
 mod batch;
-mod guard;
 mod innovation;
 mod kalman;
 mod predict;
@@ -13,7 +12,6 @@ mod together;
 
 pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
 pub use batch::{correct_each, predict_each};
-pub use guard::mend;
 pub use innovation::Innovation;
 pub use kalman::kalman;
 pub use state::Belief;

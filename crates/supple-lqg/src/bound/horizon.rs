@@ -3,7 +3,8 @@
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::dense::{dense, semidefinite_root};
+use crate::dense::dense;
+use crate::semidefinite::semidefinite_root;
 
 /// A linear system over T decisions with a cost of state uncertainty at each; sensors and controllers are left open.
 ///

@@ -2,7 +2,8 @@
 
 use super::horizon::Horizon;
 use crate::Error;
-use crate::dense::{Dense, Svd, cholesky, dense, semidefinite_root, solve_lower, svd, symmetric};
+use crate::dense::{Dense, Svd, cholesky, dense, solve_lower, svd, symmetric};
+use crate::semidefinite::semidefinite_root;
 
 /// Standard deviations below this share of the largest, in units of each state's own, count as none.
 const RANK_TOLERANCE: f64 = 1e-10;

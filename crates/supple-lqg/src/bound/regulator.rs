@@ -6,7 +6,8 @@ use super::free::{costly, matrix, of_matrix};
 use super::horizon::Stationary;
 use super::verify::{Quotient, SteadyLaw, Unsettled, steady_law};
 use crate::Error;
-use crate::dense::{Dense, congruence, dense, semidefinite_root, store};
+use crate::dense::{Dense, congruence, dense, store};
+use crate::semidefinite::semidefinite_root;
 
 impl Stationary {
     /// The problem `x+ = A x + B u + w`, `w` of covariance `process`, with the cost `1/2 z' L z` per step of `z = (x, u)`:

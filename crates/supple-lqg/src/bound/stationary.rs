@@ -23,7 +23,8 @@ use super::virtual_sensor::VirtualSensor;
 use super::witness::{Witness, WitnessStep};
 use super::zeros::{lasting, moduli};
 use crate::Error;
-use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, store, svd, symmetric};
+use crate::dense::{Dense, Svd, cholesky, congruence, dense, store, svd, symmetric};
+use crate::semidefinite::semidefinite_root;
 
 /// Steps of the filter that scales coordinates, in addition to two for every state.
 const SCALING: usize = 30;

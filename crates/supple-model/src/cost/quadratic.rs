@@ -7,10 +7,11 @@ use supple_text::FileError;
 use super::{Cost, Weights};
 use crate::Value;
 use crate::document::{Document, Place};
-use crate::noise::{Covariance, refuse_indefinite};
+use crate::noise::Covariance;
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Measurable, StateAndControl};
 use crate::value::symmetrise;
+use supple_lqg::refuse_indefinite;
 
 /// Its name in files.
 pub const NAME: &str = "quadratic";

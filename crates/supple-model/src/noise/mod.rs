@@ -1,6 +1,6 @@
 //! Noise: covariances whose entries may be parameters, or that differ from step to step.
 
-use supple_kernels::{Matrices, rows};
+use supple_kernels::Matrices;
 use supple_lqg::Error;
 pub use supple_lqg::Noise;
 
@@ -261,97 +261,6 @@ impl NoiseModel {
     pub fn add_state_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Noise, joint: &mut Matrices) {
         for varying in &self.varying {
             varying.add_state_gradient(phi, states, &adjoint.measurement, joint);
-        }
-    }
-}
-
-/// Checks that a given matrix is positive semidefinite, whatever the units of its rows: [`semidefinite_factor`] of the
-/// matrix scaled to a unit diagonal.
-///
-/// # Errors
-/// If it is not: the order of its first leading block that is indefinite.
-///
-/// ```
-/// let indefinite = supple_lqg::constant(&[[1.0, 2.0], [2.0, 1.0]]);
-/// assert_eq!(supple_model::noise::refuse_indefinite(&indefinite, 0), Err(2));
-/// ```
-pub fn refuse_indefinite(matrix: &Matrices, index: usize) -> Result<(), usize> {
-    let n = matrix.rows();
-    let scale: Vec<f64> = (0..n).map(|i| matrix.get(index, i, i).abs().sqrt()).collect();
-    let mut scaled = Matrices::zeros(1, n, n);
-    for i in 0..n {
-        for j in 0..n {
-            let (entry, unit) = (matrix.get(index, i, j), scale[i] * scale[j]);
-            if unit == 0.0 && entry != 0.0 {
-                return Err(i.max(j) + 1);
-            }
-            scaled.set(0, i, j, if unit > 0.0 { entry / unit } else { 0.0 });
-        }
-    }
-    semidefinite_factor(&scaled, 0).map(drop)
-}
-
-/// A factor `G` of one of these matrices, which equals `G G'`; handles singular covariances by zero columns at vanishing
-/// pivots of the Cholesky factorisation. Row-major, order x order. Its tolerances are relative to the largest entry, because
-/// rounding of a computed covariance is.
-///
-/// # Errors
-/// If the matrix is indefinite: the order of its first leading block that is indefinite.
-///
-/// ```
-/// // A singular covariance: its second column is 0.
-/// let factor = supple_model::noise::semidefinite_factor(&supple_lqg::constant(&[[4.0, 2.0], [2.0, 1.0]]), 0);
-/// assert_eq!(factor, Ok(vec![2.0, 0.0, 1.0, 0.0]));
-/// ```
-pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Result<Vec<f64>, usize> {
-    let n = covariance.rows();
-    let mut factor = vec![0.0; n * n];
-    let largest = (0..n).map(|i| covariance.get(index, i, i).abs()).fold(0.0, f64::max);
-    for j in 0..n {
-        let (above, row) = factor.split_at_mut(j * n);
-        for k in 0..j {
-            let other = &above[k * n..];
-            let rest = covariance.get(index, j, k) - rows::dot(&row[..k], &other[..k]);
-            let pivot = other[k];
-            row[k] = if pivot > 0.0 { rest / pivot } else { 0.0 };
-            if pivot == 0.0 && rest.abs() > 1e-7 * largest {
-                return Err(j + 1);
-            }
-        }
-        let scale = covariance.get(index, j, j);
-        let pivot = scale - rows::dot(&row[..j], &row[..j]);
-        if pivot < -1e-10 * largest || !pivot.is_finite() {
-            return Err(j + 1);
-        }
-        row[j] = if pivot > 1e-14 * scale { pivot.sqrt() } else { 0.0 };
-    }
-    Ok(factor)
-}
-
-#[cfg(test)]
-mod tests {
-    use supple_kernels::Matrices;
-
-    use super::refuse_indefinite;
-
-    #[test]
-    fn indefinite_matrices_are_found_in_any_units() {
-        let check = |rows: [[f64; 3]; 3], units: [f64; 3]| {
-            let mut matrix = Matrices::zeros(1, 3, 3);
-            for i in 0..3 {
-                for j in 0..3 {
-                    matrix.set(0, i, j, units[i] * rows[i][j] * units[j]);
-                }
-            }
-            refuse_indefinite(&matrix, 0)
-        };
-        for units in [[1.0; 3], [1e6, 1.0, 1.0], [1e-9, 1.0, 1e9], [1.0, 1e100, 1e-100]] {
-            assert_eq!(check([[1.0, 0.0, 0.0], [0.0, 1.0, 2.0], [0.0, 2.0, 1.0]], units), Err(3));
-            assert_eq!(check([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]], units), Err(2));
-            assert_eq!(check([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0]], units), Err(3));
-            // Singular, and that by rounding too.
-            assert_eq!(check([[1.0, 0.1, 0.3], [0.1, 0.01, 0.03], [0.3, 0.03, 0.09]], units), Ok(()));
-            assert_eq!(check([[0.0, 0.0, 0.0], [0.0, 1.0, 0.5], [0.0, 0.5, 1.0]], units), Ok(()));
         }
     }
 }

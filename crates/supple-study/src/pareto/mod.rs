@@ -50,8 +50,7 @@ use supple::design::{
 };
 use supple::parameters::Parameters;
 
-use crate::design::Found;
-use crate::design::check_designable;
+use crate::design::{check_designable, checked};
 use crate::journal::{Identity, Parts};
 use crate::{LoadedTask, StudyError, Watch, lenient};
 use ends::{Ends, find_ends};
@@ -205,7 +204,7 @@ impl Front<'_> {
         name: &str,
         search: impl FnOnce() -> Result<StartSummary, supple::Error>,
     ) -> Result<StartSummary, StudyError> {
-        self.parts.part(name, self.watch, || Ok(Found::of(search()?)))?.summary(&self.task.problem)
+        checked(self.parts.part(name, self.watch, || Ok(search()?))?, &self.task.problem)
     }
 
     /// The best of all starts of a search.

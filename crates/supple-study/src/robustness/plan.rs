@@ -1,11 +1,11 @@
 use rayon::prelude::*;
 use supple::Stop;
-use supple::design::{Attempts, Control, Design, DesignStatus, plan_at};
+use supple::design::{Attempts, Control, Design, DesignStatus, StartSummary, plan_at};
 use supple::pipeline::TaskState;
 use supple::{Matrices, Named, Problem};
 
 use super::{DesignChoice, RobustDesign};
-use crate::design::{Found, best_of, check_designable, run_start, warnings_of};
+use crate::design::{best_of, check_designable, run_start, warnings_of};
 use crate::journal::Parts;
 use crate::{LoadedTask, StudyError, Watch};
 
@@ -75,7 +75,7 @@ impl Optimum {
     ///
     /// # Errors
     /// Where the starts are not of this task, none of them could be evaluated, or it is stopped.
-    pub fn of(task: &LoadedTask, starts: Vec<Found>, stop: Stop) -> Result<Self, StudyError> {
+    pub fn of(task: &LoadedTask, starts: Vec<StartSummary>, stop: Stop) -> Result<Self, StudyError> {
         let control = Control { stop, ..Control::default() };
         let found: Design = best_of(task, &task.problem.design, starts, (0.0, control))?;
         let best = found.found();
@@ -91,7 +91,7 @@ fn search(task: &LoadedTask, parts: &Parts, watch: Watch) -> Result<Optimum, Stu
     let start = |start: usize| {
         parts.part(&format!("optimum, start {start}"), watch, || run_start(task, settings, start, control))
     };
-    let starts = (0..settings.starts).into_par_iter().map(start).collect::<Result<Vec<Found>, _>>()?;
+    let starts = (0..settings.starts).into_par_iter().map(start).collect::<Result<Vec<StartSummary>, _>>()?;
     let optimum = Optimum::of(task, starts, watch.stop)?;
     if watch.is_stopped() { Err(StudyError::Stopped) } else { Ok(optimum) }
 }

@@ -4,9 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::cell::{Costs, Place, cells};
 use super::plan::{Optimum, Planned, plan_one};
 use super::{DesignChoice, RobustDesign, Robustness, RobustnessOptions, assemble, check};
-use crate::design::{Found, check_designable};
+use crate::design::check_designable;
 use crate::{LoadedTask, StudyError};
 use supple::Stop;
+use supple::design::StartSummary;
 
 /// Does parts of a study of robustness, one after the other: designs, and the cells of them. The plans of designs that
 /// it made are kept.
@@ -25,7 +26,7 @@ impl RobustnessUnits {
     ///
     /// # Errors
     /// Where something is wrong with what is asked for, or the starts are not of this task.
-    pub fn new(task: &LoadedTask, options: &RobustnessOptions, starts: Vec<Found>) -> Result<Self, StudyError> {
+    pub fn new(task: &LoadedTask, options: &RobustnessOptions, starts: Vec<StartSummary>) -> Result<Self, StudyError> {
         let varied = check(task, options)?;
         let optimum = if options.designs.contains(&DesignChoice::Optimum) {
             check_designable(task)?;

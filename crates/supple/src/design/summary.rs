@@ -49,7 +49,7 @@ impl std::fmt::Display for DesignStatus {
 /// Summary of the search from one start.
 ///
 /// Example: [`design`](crate::design::design()).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct StartSummary {
     /// All parameters where it started.
     pub from: Vec<f64>,
@@ -58,6 +58,7 @@ pub struct StartSummary {
     /// How it ended.
     pub status: DesignStatus,
     /// How many times the minimised information reached zero, so that the search continued with the next kind.
+    #[serde(default)]
     pub passed: usize,
     /// Information at the end, nats, of the kind that was minimised last.
     pub information: f64,
@@ -85,10 +86,48 @@ pub struct StartSummary {
     pub evaluations: usize,
     /// Of these, how many have a plan that never makes a contact whose force a cost tracks.
     pub without_contact: usize,
-    /// Controls of each task's plan at the end.
+    /// Controls of each task's plan at the end; empty if nothing could be evaluated.
+    #[serde(with = "vectors")]
     pub controls: Vec<Matrices>,
     /// Why a design could not be evaluated, where that ended the search; what was found before remains valid.
+    #[serde(with = "message")]
     pub error: Option<Error>,
+}
+
+/// Sequences of vectors, for each task one, a vector by step.
+mod vectors {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use supple_kernels::Matrices;
+
+    pub fn serialize<S: Serializer>(all: &[Matrices], serializer: S) -> Result<S::Ok, S::Error> {
+        all.iter().map(Matrices::to_rows).collect::<Vec<_>>().serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Matrices>, D::Error> {
+        let all = Vec::<Vec<Vec<f64>>>::deserialize(deserializer)?;
+        let sequence = |rows: &Vec<Vec<f64>>| {
+            let len = rows.first().map_or(0, Vec::len);
+            let fits = rows.iter().all(|row| row.len() == len);
+            fits.then(|| Matrices::of_rows(rows, len)).ok_or_else(|| D::Error::custom("controls of different lengths"))
+        };
+        all.iter().map(sequence).collect()
+    }
+}
+
+/// An error by its message.
+mod message {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::Error;
+
+    pub fn serialize<S: Serializer>(error: &Option<Error>, serializer: S) -> Result<S::Ok, S::Error> {
+        error.as_ref().map(Error::to_string).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Error>, D::Error> {
+        Ok(Option::<String>::deserialize(deserializer)?.map(Error::Elsewhere))
+    }
 }
 
 impl StartSummary {

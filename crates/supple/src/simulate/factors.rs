@@ -3,7 +3,7 @@ use rand_distr::{Distribution, StandardNormal};
 use supple_kernels::Matrices;
 use supple_kernels::math;
 use supple_lqg::Noise;
-use supple_model::noise::semidefinite_factor;
+use supple_lqg::semidefinite_factor;
 
 use crate::Error;
 
