@@ -214,6 +214,6 @@ fn units_done_elsewhere_in_any_order_make_the_same_table() {
         }
         let stopped = AtomicBool::new(true);
         let unit = Collector::open(&task, &options, None).unwrap().next_unit(1).unwrap();
-        assert!(matches!(units.work(&unit, &stopped), Err(StudyError::Stopped)));
+        assert!(matches!(units.work(&unit, Stop::when(&stopped)), Err(StudyError::Stopped)));
     }
 }
