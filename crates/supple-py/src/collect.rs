@@ -5,8 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use supple::design::{Control, DesignSettings};
-use supple_study::design::Found;
+use supple::design::{Control, DesignSettings, StartSummary};
 use supple_study::robustness::{Costs, DesignChoice, RobustDesign, RobustnessOptions};
 use supple_study::study::Work;
 use supple_study::sweep::{Collector, SweepOptions, SweepUnit};
@@ -165,7 +164,7 @@ impl DesignCollector {
 
     /// Makes the result of what all starts found, in their order, in so many seconds.
     fn finish(&self, py: Python<'_>, found: Vec<Vec<u8>>, seconds: f64) -> PyResult<Kept> {
-        let found: Vec<Found> = unpack(py, &found)?;
+        let found: Vec<StartSummary> = unpack(py, &found)?;
         let settings = &self.settings;
         self.task.get().made_by(py, Work::Design(Box::new(settings.clone())), None, |_, task, watch| {
             let control = Control { stop: watch.stop, ..Control::default() };

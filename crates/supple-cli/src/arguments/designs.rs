@@ -39,18 +39,21 @@ pub struct DesignOptions {
 
 /// Reads an optimiser.
 pub fn method() -> impl TypedValueParser<Value = Method> {
-    named(&Method::ALL, (Method::name, Method::description))
+    named(&Method::ALL, Method::name, Method::description)
 }
 
 /// Reads a gradient to optimise with.
 pub fn gradient_kind() -> impl TypedValueParser<Value = GradientKind> {
-    named(&GradientKind::ALL, (GradientKind::name, GradientKind::description))
+    named(&GradientKind::ALL, GradientKind::name, GradientKind::description)
 }
+
+type Words<T> = fn(T) -> &'static str;
 
 /// Reads one of the library's kinds by its name; help shows what each is.
 fn named<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
-    (name, about): (fn(T) -> &'static str, fn(T) -> &'static str),
+    name: Words<T>,
+    about: Words<T>,
 ) -> impl TypedValueParser<Value = T> {
     let values = all.iter().map(move |&kind| PossibleValue::new(name(kind)).help(capitalised(about(kind))));
     let find = move |text: String| all.iter().copied().find(|&kind| name(kind) == text).ok_or("is unknown");

@@ -172,6 +172,27 @@ impl<M: ModelFile> Equipped<M> {
     }
 }
 
+/// The numbers of the quantity that was asked for last: entries of one quantity are consecutive.
+struct Last<'q, S> {
+    quantity: Option<&'q Quantity>,
+    values: Vec<S>,
+}
+
+impl<S> Default for Last<'_, S> {
+    fn default() -> Self {
+        Self { quantity: None, values: Vec::new() }
+    }
+}
+
+impl<'q, S: Scalar> Last<'q, S> {
+    fn value(&mut self, quantity: &'q Quantity, entry: usize, (at, known): (&Point<S>, &Known<S>)) -> S {
+        if !self.quantity.is_some_and(|last| std::ptr::eq(last, quantity)) {
+            *self = Self { quantity: Some(quantity), values: quantity.values(at, known) };
+        }
+        self.values[entry]
+    }
+}
+
 impl Entry {
     /// The entry of a quantity that is measured one step later; `None` for what is measured at once.
     fn of_last_step(&self) -> Option<(&Quantity, usize)> {
@@ -205,13 +226,9 @@ impl<M: ModelFile> Model for Equipped<M> {
         let at = &Point { w: &[], ..*at };
         let signals = self.signals_for(at, all().map(|(quantity, _)| quantity));
         let known = Known { signals: &signals, next };
-        let mut values = Vec::new();
+        let mut last = Last::default();
         for (recalled, (quantity, entry)) in recalled.iter_mut().zip(all()) {
-            // The entries of a quantity are consecutive.
-            if entry == 0 {
-                values = quantity.values(at, &known);
-            }
-            *recalled = values[entry];
+            *recalled = last.value(quantity, entry, (at, &known));
         }
     }
 
@@ -223,7 +240,7 @@ impl<M: ModelFile> Model for Equipped<M> {
         let Equipment { kept, added, .. } = &self.equipment;
         let signals = self.signals_for(at, added.iter().filter_map(|(entry, ..)| entry.of_now()));
         let known = Known { signals: &signals, next: &[] };
-        let (mut measured, mut recalled) = (Vec::new(), recalled.iter());
+        let (mut last, mut recalled) = (Last::default(), recalled.iter());
         let (first, rest) = y.split_at_mut(kept.len());
         for (y, &row) in first.iter_mut().zip(kept) {
             *y = own[row];
@@ -232,13 +249,7 @@ impl<M: ModelFile> Model for Equipped<M> {
             *y = match entry {
                 Entry::Own(row) => own[*row],
                 Entry::Of(..) if entry.of_last_step().is_some() => recalled.next().copied().unwrap_or_else(S::zero),
-                Entry::Of(quantity, entry) => {
-                    // The entries of a quantity are consecutive.
-                    if *entry == 0 {
-                        measured = quantity.values(at, &known);
-                    }
-                    measured[*entry]
-                }
+                Entry::Of(quantity, entry) => last.value(quantity, *entry, (at, &known)),
                 Entry::Sum(factors) => {
                     let terms = factors.iter().zip(at.x).filter(|(factor, _)| !factor.is_zero());
                     terms.fold(S::zero(), |sum, (&factor, &x)| at.value(factor).mul_add(x, sum))

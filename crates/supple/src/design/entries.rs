@@ -31,9 +31,11 @@ impl Units {
 /// A number at a visited design, and its gradient with respect to all parameters.
 type Valued = (f64, Vec<f64>);
 
+type Function = dyn Fn(&Problem, &Visit) -> Valued;
+
 /// A function of visited designs.
 pub(super) struct Entry {
-    of: Box<dyn Fn(&Problem, &Visit) -> Valued>,
+    of: Box<Function>,
     /// The scale by which it is divided for optimisers.
     pub scale: f64,
     /// What one unit of the auxiliary variable adds to it, after the division.

@@ -108,4 +108,10 @@ fn catalogues_offer_them_and_may_leave_them_out() {
     let names = |list: &[supple::Channel]| list.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&channels.measurements), ["q.elbow", "a.slide", "a.shoulder", "a.elbow", "a.slide"]);
     assert_eq!(names(&channels.states)[6..], ["last.a.slide", "last.a.shoulder", "last.a.elbow", "last.a.slide.2"]);
+    // The slide's acceleration by the base, by the catalogue, and by velocities.
+    let state = evaluated(&problem);
+    let at = |t: usize| state.plan.trajectory.states.vector(t);
+    let y = observe(&problem, at(4), &[]);
+    let acceleration = (at(4)[5] - at(3)[5]) / 0.02;
+    assert!(acceleration.abs() > 0.01 && [y[1], y[4]].iter().all(|y| (y - acceleration).abs() < 1e-9), "{y:?}");
 }
