@@ -93,6 +93,23 @@ def test_parameters_are_varied_where_they_stand() -> None:
     assert peg["model"]["compliance"][0]["stiffness"] == ["k", 0.0, 4e4]
 
 
+def test_sensors_of_the_last_step_measure_mujocos_last_step(tmp_path: Path) -> None:
+    """Accelerations, efforts and powers as MuJoCo has them: costs and bits are those of supple."""
+    text = Path("tasks/wiping_arm.toml").read_text(encoding="utf-8").replace("../models", str(Path("models").resolve()))
+    sensors = "".join(
+        f'[[model.sensors]]\nkind = "{kind}"\nselect = ["elbow"]\nvariance = {variance}\n\n'
+        for kind, variance in {"joint_acceleration": 400.0, "drive_effort": 0.1, "power": 1.0}.items()
+    )
+    path = tmp_path / "task.toml"
+    path.write_text(text.replace("[parameters.k]", f"{sensors}[parameters.k]", 1), encoding="utf-8")
+    task = supple.load(path)
+    found = supple.mujoco.validate(task, rollouts=ROLLOUTS).tasks["wipe"]
+    assert found.mujoco.diverged == 0 and found.mujoco.ends_well > 0.9
+    assert abs(found.cost_difference) < 0.05 * found.supple.cost_mean
+    assert found.mujoco.realised_bits == pytest.approx(found.supple.realised_bits, rel=0.25)
+    assert found.mujoco.consistency is not None and found.mujoco.consistency.mean < 1.5
+
+
 @pytest.mark.parametrize("file", ["elastic_elbow", "soft_gripper"])
 def test_mujocos_own_contacts_press_alike(file: str) -> None:
     task = supple.load(f"tasks/{file}.toml")

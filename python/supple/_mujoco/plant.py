@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 
@@ -77,6 +80,9 @@ class Plant:
         self._friction = np.array(list(robot.friction.values()))
         # Columns of supple's controls in MuJoCo's order.
         self._columns = [robot.controls.index(single.actuator(i).name) for i in range(single.nu)]
+        self._dofs = {name: self._file_joints[robot.row[name]] for name in robot.joints}
+        self._dofs |= dict(zip(robot.motors, self._motors, strict=True))
+        self._recalled = [self._recalling(name) for name in robot.states if name.startswith("last.")]
         self._walls = [int(single.body_mocapid[single.body(f"wall {name}").id]) for name in self._own_walls()]
 
     def _own_walls(self) -> list[str]:
@@ -93,6 +99,11 @@ class Plant:
         self.mj.opt.timestep = self._time_step / count
 
     @property
+    def moving(self) -> int:
+        """How many positions there are among the states: of joints and motors."""
+        return len(self.robot.joints) + len(self.robot.motors)
+
+    @property
     def constants(self) -> int:
         """How many of the states are places of walls."""
         return len(self.robot.contacts)
@@ -102,7 +113,9 @@ class Plant:
         self.put(states, controls)
         wild = np.zeros(self.copies, dtype=bool)
         with QUIET:
-            for _ in range(self._substeps):
+            for step in range(self._substeps):
+                if self._recalled and step == self._substeps - 1:
+                    before = self.states()
                 self._slide()
                 mujoco.mj_step1(self.mj, self.data)
                 self.apply()
@@ -114,8 +127,35 @@ class Plant:
                     self._qvel[beyond] = 0.0
                     self.data.qacc_warmstart.reshape(self.copies, -1)[beyond] = 0.0
         found = self.states()
+        if self._recalled:
+            efforts = self.data.qfrc_actuator.reshape(self.copies, -1)
+            recalled = (recall(before, controls, found, efforts) for recall in self._recalled)
+            found = np.column_stack([found, *recalled])
         found[wild] = np.nan
         return found
+
+    def _recalling(self, name: str) -> Callable[[Array, Array, Array, Array], Array]:
+        """What a state ``last.NAME`` keeps of the last of MuJoCo's steps (R.28), (R,): from the states before it, the controls,
+        the states after it, and the efforts of drives."""
+        robot, plain = self.robot, name.removeprefix("last.")
+        # Further sensors of the same number have a number of their own.
+        for what in (plain, re.sub(r"\.\d+$", "", plain)):
+            kind, _, rest = what.rpartition(" of ") if " of " in what else what.partition(".")
+            if what in robot.states:
+                place = robot.states.index(what)
+                return lambda x, u, after, efforts: x[:, place]
+            if what in robot.controls:
+                place = robot.controls.index(what)
+                return lambda x, u, after, efforts: u[:, place]
+            if kind == "a" and f"v.{rest}" in robot.states:
+                place = robot.states.index(f"v.{rest}")
+                return lambda x, u, after, efforts: (after[:, place] - x[:, place]) / self.mj.opt.timestep
+            if kind in ("effort", "power") and rest in self._dofs:
+                dof, place = self._dofs[rest], robot.states.index(f"v.{rest}")
+                if kind == "effort":
+                    return lambda x, u, after, efforts: efforts[:, dof]
+                return lambda x, u, after, efforts: efforts[:, dof] * x[:, place]
+        raise UsageError(f"what `{name}` keeps is not known in MuJoCo")
 
     @property
     def _rest(self) -> Array:
@@ -124,10 +164,9 @@ class Plant:
     def put(self, states: Array, controls: Array) -> None:
         """Moves the copies to states and holds controls."""
         robot = self.robot
-        count = len(robot.joints)
-        moving = count + len(robot.motors)
+        count, moving = len(robot.joints), self.moving
         q, v = states[:, :moving], states[:, moving : 2 * moving]
-        self._c = states[:, 2 * moving :]
+        self._c = states[:, 2 * moving : 2 * moving + self.constants]
         self._qpos[:, self._file_joints] = q[:, :count] @ robot.G.T + robot.offset
         self._qvel[:, self._file_joints] = v[:, :count] @ robot.G.T
         self._qpos[:, self._motors], self._qvel[:, self._motors] = q[:, count:], v[:, count:]
@@ -150,7 +189,7 @@ class Plant:
             self._damping[:, self._sliding] = self._plain_damping[self._sliding] + self._friction / speed
 
     def states(self) -> Array:
-        """States (R, n) of the copies."""
+        """States (R, n) of the copies, without what sensors recall of the last step."""
         moving = [*self._leaders, *self._motors]
         return np.hstack([self._qpos[:, moving], self._qvel[:, moving], self._c])
 

@@ -203,6 +203,7 @@ class Robot:
         missing = [name for name in self.joints if name not in names]
         if missing:
             raise UsageError(f"joint `{missing[0]}` is not among MuJoCo's {', '.join(names)}")
+        self.states = list(states)
         self.row = {name: row for row, name in enumerate(names)}
         self.G, self.offset = np.zeros((len(names), len(self.joints))), np.zeros(len(names))
         for column, name in enumerate(self.joints):

@@ -157,9 +157,11 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     costs = {where: np.asarray(found[where]["costs"], dtype=np.float64) for where in ("own", "plant")}
     both = np.isfinite(costs["own"]) & np.isfinite(costs["plant"])
     difference, interval = _mean(costs["plant"][both] - costs["own"][both])
-    off = {where: _off(found[where], plan.states[-1]) / tolerance for where in ("own", "plant")}
-    own, other = (_loop(found[where], off[where]) for where in ("own", "plant"))
     states = [channel["name"] for channel in task._native.channels(name)["states"]]
+    # What sensors recall of the last step is nothing that has to end anywhere.
+    states = [state for state in states if not state.startswith("last.")]
+    off = {where: (_off(found[where], plan.states[-1]) / tolerance)[:, : len(states)] for where in ("own", "plant")}
+    own, other = (_loop(found[where], off[where]) for where in ("own", "plant"))
     furthest = states[int(np.nanmedian(off["plant"], axis=0).argmax())]
     predicted = float(found["predicted_cost"]), float(found["predicted_bits"])
     moves = Moves(
@@ -259,8 +261,7 @@ def settle(plant: Plant, states: Array, controls: Array) -> bool:
     """Increases a plant's steps until halving them changes velocities by no more than :data:`CONVERGED`,
     as root mean square over points, relative to their change in a step of the task; at most
     :data:`MOST`, and returns false if these are too few."""
-    count = (states.shape[1] - plant.constants) // 2
-    rates = slice(count, 2 * count)
+    rates = slice(plant.moving, 2 * plant.moving)
     plant.substeps = FEWEST
     coarse = plant.step(states, controls)
     while plant.substeps < MOST:
