@@ -6,6 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::architecture::sources;
+
 const CRATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// The value of a key of a crate, or of the workspace where the crate leaves it to that.
@@ -101,19 +103,6 @@ fn the_package_for_python_shares_the_build_of_the_tests() -> Result<(), Box<dyn 
     Ok(())
 }
 
-/// All Rust sources below a folder.
-fn sources(folder: &Path, out: &mut Vec<String>) -> Result<(), Box<dyn Error>> {
-    for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            sources(&path, out)?;
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            out.push(fs::read_to_string(path)?);
-        }
-    }
-    Ok(())
-}
-
 /// The names that a front page offers from its own modules.
 fn offered(page: &str) -> Vec<String> {
     let mut names = Vec::new();
@@ -159,8 +148,9 @@ fn whatever_a_front_page_offers_has_an_example() -> Result<(), Box<dyn Error>> {
 /// Counts what the front page of a crate offers, and adds what has neither an example nor a link to one to `missing`.
 fn without_example(name: &str, missing: &mut Vec<String>) -> Result<usize, Box<dyn Error>> {
     let folder = Path::new(CRATES).join(name).join("src");
-    let (page, mut all) = (fs::read_to_string(folder.join("lib.rs"))?, Vec::new());
-    sources(&folder, &mut all)?;
+    let (page, mut files) = (fs::read_to_string(folder.join("lib.rs"))?, Vec::new());
+    sources(&folder, &mut files)?;
+    let all = files.iter().map(fs::read_to_string).collect::<Result<Vec<_>, _>>()?;
     let offered = offered(&page);
     let documented = offered.iter().map(|item| (item, documentation(&all, item)));
     let documented: Vec<_> = documented.filter(|(_, lines)| !lines.is_empty()).collect();

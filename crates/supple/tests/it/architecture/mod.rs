@@ -160,7 +160,7 @@ fn equations<'a>(text: &'a str, mark: &str) -> Vec<&'a str> {
 }
 
 /// The files with Rust code below a folder.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
+pub(crate) fn sources(folder: &Path, found: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         if path.is_dir() {
