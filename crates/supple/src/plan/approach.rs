@@ -50,7 +50,7 @@ pub(crate) fn approach(
         if is_over(work.deadline) {
             break;
         }
-        let phi: Vec<f64> = phi.iter().copied().chain([widening.width.unwrap_or(0.0), friction.speed()]).collect();
+        let phi: Vec<f64> = phi.iter().copied().chain([widening.width.unwrap_or(0.0), friction.speed(), 1.0]).collect();
         let problem = NominalProblem { system: wide, phi: &phi, bounds: task.control_bounds.as_ref() };
         let mut patience = Patience::Full;
         if let Some(kept) = &kept {
