@@ -48,7 +48,7 @@ pub(crate) fn approach(
     scratch: &mut Scratch,
 ) -> Option<(Matrices, usize)> {
     let mut approach = Approach { task, phi, system: task.system.widened()?, settings, iterations: 0 };
-    let mut kept = approach.by_longer_steps(&found.trajectory, work.deadline, scratch);
+    let mut kept = approach.by_longer_steps(found, work, scratch);
     if kept.is_none() {
         kept = approach.narrow(found, work, scratch);
     }
@@ -144,14 +144,19 @@ impl Approach<'_> {
 
     /// A plan over all steps by way of plans over fewer and longer ones (theory, section "Long plans"). `None` if that is
     /// of no use, or fails.
-    fn by_longer_steps(
-        &mut self,
-        guess: &Trajectory,
-        deadline: Option<Instant>,
-        scratch: &mut Scratch,
-    ) -> Option<Kept> {
-        let counts: Vec<usize> = coarse(guess.steps()).collect();
-        let (&fewest, others) = counts.split_last().filter(|_| self.system.endures_longer_steps())?;
+    fn by_longer_steps(&mut self, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) -> Option<Kept> {
+        // Within control bounds plans over longer steps often lead to costlier ones.
+        if self.task.control_bounds.is_some() || !self.system.endures_longer_steps() {
+            return None;
+        }
+        let counts: Vec<usize> = coarse(self.task.steps).collect();
+        let (&fewest, others) = counts.split_last()?;
+        // Far from a plan, longer steps may lead elsewhere.
+        let phi = self.parameters(0.0, SPEEDS[0], self.task.steps);
+        let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
+        search_free(problem, (&self.loose(TOLERANCE), Patience::Full), found, work, scratch).ok()?;
+        self.iterations += found.iterations;
+        let (guess, deadline) = (&found.trajectory, work.deadline);
         let loose = self.loose(COARSE_TOLERANCE);
         let (mut plan, mut work) = self.empty(guess, fewest, deadline);
         for t in 0..fewest {
@@ -162,8 +167,7 @@ impl Approach<'_> {
         for &steps in others.iter().rev() {
             (plan, work) = self.empty(guess, steps, deadline);
             let phi = self.parameters(0.0, COARSE_SPEED, steps);
-            let bounds = self.task.control_bounds.as_ref();
-            let problem = NominalProblem { system: self.system, phi: &phi, bounds };
+            let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
             kept.over(steps).follow(problem, &mut plan, &mut work, scratch);
             search_free(problem, (&loose, Patience::Close), &mut plan, &mut work, scratch).ok()?;
             self.iterations += plan.iterations;
