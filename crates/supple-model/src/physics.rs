@@ -265,12 +265,18 @@ pub trait Model: Send + Sync + 'static {
 
     /// The same model for planning, with contacts that build up over a length wider by `_length`, m, and are softer
     /// accordingly, and friction that builds up over a speed higher by `_speed`, rad/s or m/s: planning then senses contacts
-    /// at a distance, and overcomes friction. At 0 it is this model. `None` for models without contacts and friction.
-    fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
+    /// at a distance, and overcomes friction. Implicit steps evaluate resistive forces after a share `_lead` of them. At
+    /// 0, 0 and 1 it is this model. `None` for models without contacts and friction.
+    fn widened(&self, _length: Value, _speed: Value, _lead: Value) -> Option<Self>
     where
         Self: Sized,
     {
         None
+    }
+
+    /// Whether time steps several times as long give nearly the same motion.
+    fn endures_longer_steps(&self) -> bool {
+        false
     }
 
     /// Names of the joints, each with the states `q.NAME` and `v.NAME`; none in models that have no joints.

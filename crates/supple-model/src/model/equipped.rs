@@ -310,8 +310,12 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.substeps()
     }
 
-    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
-        Some(Self { model: self.model.widened(length, speed)?, ..self.clone() })
+    fn widened(&self, length: Value, speed: Value, lead: Value) -> Option<Self> {
+        Some(Self { model: self.model.widened(length, speed, lead)?, ..self.clone() })
+    }
+
+    fn endures_longer_steps(&self) -> bool {
+        self.model.endures_longer_steps()
     }
 
     fn joint_names(&self) -> Vec<String> {

@@ -447,11 +447,20 @@ impl<M: Model> System for Authored<M> {
         self.model.substeps()
     }
 
+    fn endures_longer_steps(&self) -> bool {
+        self.model.endures_longer_steps()
+    }
+
     fn widened(&self) -> Option<&dyn System> {
         let widened = self.widened.get_or_init(|| {
-            let [length, speed] = [0, 1].map(|more| ParameterHandle::at(self.parameters + more).into());
-            let model = self.model.widened(length, speed)?;
-            Some(Box::new(Self::new(model, self.costs.clone(), self.time_step, self.parameters + 2)))
+            let more = |more| Value::from(ParameterHandle::at(self.parameters + more));
+            let [length, speed, longer] = [0, 1, 2].map(more);
+            // Friction at the end of a step adds inertia in proportion to the step: this much less keeps it the same.
+            let lead = Value::Number(0.5).plus(Value::Number(0.5).over(longer));
+            let model = self.model.widened(length, speed, lead)?;
+            let mut costs = self.costs.clone();
+            costs.iter_mut().for_each(|cost| cost.stage.scale(longer));
+            Some(Box::new(Self::new(model, costs, self.time_step.times(longer), self.parameters + 3)))
         });
         widened.as_deref().map(|system| system as &dyn System)
     }

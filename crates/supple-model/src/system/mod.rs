@@ -235,11 +235,16 @@ pub trait System: Send + Sync {
     }
 
     /// The same system with wider and softer contacts, and friction that builds up over higher speeds, so that
-    /// planning senses contacts at a distance. It has two additional parameters at the end: the length by which contacts
-    /// are wider, m, and the speed by which friction is, m/s or rad/s. `None` if there are neither contacts nor
-    /// friction.
+    /// planning senses contacts at a distance. It has three additional parameters at the end: the length by which
+    /// contacts are wider, m, the speed by which friction is, m/s or rad/s, and how many times longer its steps are, each
+    /// of which costs as many times more. `None` if there are neither contacts nor friction.
     fn widened(&self) -> Option<&dyn System> {
         None
+    }
+
+    /// Whether time steps several times as long give nearly the same motion.
+    fn endures_longer_steps(&self) -> bool {
+        false
     }
 
     /// `C = g_x` at every state: p x n.

@@ -1,13 +1,15 @@
 //! Approaching contacts from a distance, and overcoming friction (theory, section "Finding contact").
 
+use std::time::Instant;
+
 use supple_kernels::{Matrices, Scratch};
-use supple_lqg::Policy;
 use supple_model::system::System;
 use supple_model::{ContactState, Trajectory};
 
 use super::descent::is_over;
+use super::kept::Kept;
 use super::nominal::search_free;
-use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within};
+use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace};
 use crate::problem::Task;
 
 /// Maximum number of intermediate plans.
@@ -24,11 +26,19 @@ const LEAST_SPEED: f64 = 1e-3;
 const REFINEMENTS: usize = 5;
 /// Tolerance of intermediate searches, which end early unless contacts are still to be made.
 const TOLERANCE: f64 = 5e-2;
+/// Least number of steps of a coarse plan.
+const LEAST_STEPS: usize = 250;
+/// Tolerance of searches over longer steps, which cost less.
+const COARSE_TOLERANCE: f64 = 1e-2;
+/// The speed, one of [`SPEEDS`], by which friction over longer steps stays wider: if it sets in within a single step, the
+/// time when a joint stops is caught between two steps.
+const COARSE_SPEED: f64 = 0.01;
 
 /// The controls that follow a plan whose contacts were first wider and softer than they are, and whose friction set in over
 /// higher speeds, starting from the controls in `found.trajectory`. The width begins at twice the greatest clearance of the
 /// first state and is then halved, but kept above 5/4 of the clearance that the plan still leaves, until it is below half
-/// of the least smoothing. If no plan is found at a speed, it goes halfway back, in its logarithm. `None` if
+/// of the least smoothing. If no plan is found at a speed, it goes halfway back, in its logarithm. Over many steps,
+/// the plans before the last one have fewer and longer steps where the system endures them. `None` if
 /// there is nothing to approach, or no plan was found on the way. Also returns the total number of iterations.
 pub(crate) fn approach(
     (task, phi): (&Task, &[f64]),
@@ -37,70 +47,142 @@ pub(crate) fn approach(
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Option<(Matrices, usize)> {
-    let wide = task.system.widened()?;
-    let states = |x: &[f64]| task.system.contact_states(x, phi);
-    let mut widening = Widening::of(&states(found.trajectory.states.vector(0)));
-    let mut friction = Slowing::default();
-    let newton = settings.newton && !(wide.has_costly_curvature() && task.control_bounds.is_some());
-    let loose = PlanSettings { tolerance: settings.tolerance.max(TOLERANCE), newton, ..settings.clone() };
-    let mut kept: Option<Kept> = None;
-    let mut apart = false;
-    let mut iterations = 0;
-    for _ in 0..STAGES {
-        if is_over(work.deadline) {
-            break;
-        }
-        let phi: Vec<f64> = phi.iter().copied().chain([widening.width.unwrap_or(0.0), friction.speed()]).collect();
-        let problem = NominalProblem { system: wide, phi: &phi, bounds: task.control_bounds.as_ref() };
-        let mut patience = Patience::Full;
-        if let Some(kept) = &kept {
-            patience = Patience::Continued;
-            follow(problem, kept, found, work, scratch);
-        }
-        let settings = if apart { settings } else { &loose };
-        let planned = search_free(problem, (settings, patience), found, work, scratch).is_ok();
-        iterations += found.iterations;
-        if !(planned && found.status.is_converged()) && friction.go_back() {
-            continue;
-        }
-        if !planned {
-            break;
-        }
-        kept = Some(Kept { trajectory: found.trajectory.clone(), policy: found.policy.clone() });
-        let left = clearance_left(&found.trajectory, states);
-        if left > 0.0 && !apart {
-            // A contact with little force attracts a search only if the search does not end early.
-            apart = true;
-            continue;
-        }
-        apart = left > 0.0;
-        let narrow = widening.narrow(left);
-        if friction.slow_down(narrow) && narrow {
-            break;
-        }
+    let mut approach = Approach { task, phi, system: task.system.widened()?, settings, iterations: 0 };
+    let mut kept = approach.by_longer_steps(found, work, scratch);
+    if kept.is_none() {
+        kept = approach.narrow(found, work, scratch);
     }
     // Along a trajectory that is unstable, rounding alone makes the same controls lead elsewhere.
     let problem = NominalProblem { system: &*task.system, phi, bounds: task.control_bounds.as_ref() };
     kept.map(|kept| {
-        follow(problem, &kept, found, work, scratch);
-        (found.trajectory.controls.clone(), iterations)
+        kept.follow(problem, found, work, scratch);
+        (found.trajectory.controls.clone(), approach.iterations)
     })
 }
 
-/// The parts of a plan that are needed to follow it.
-struct Kept {
-    trajectory: Trajectory,
-    policy: Policy,
+/// Numbers of steps of a task's coarse plans, the last one first.
+fn coarse(steps: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(steps), |steps| Some(steps.div_ceil(2)))
+        .skip(1)
+        .take_while(|steps| *steps >= LEAST_STEPS)
 }
 
-/// Controls for a problem that differs little from that of another plan: those that track its trajectory with its feedback,
-/// or the plan's own controls if that fails.
-fn follow(problem: NominalProblem, kept: &Kept, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) {
-    let around = (problem.system, problem.phi, problem.bounds);
-    let law = (&kept.policy, 0.0);
-    let cost = rollout_within(around, &kept.trajectory, law, &mut work.candidate, scratch);
-    let controls = if cost.is_finite() { &work.candidate.controls } else { &kept.trajectory.controls };
-    found.trajectory.controls.copy_from(controls);
+/// A task with contacts and friction that can be wider, and time steps that can be longer.
+struct Approach<'a> {
+    task: &'a Task,
+    phi: &'a [f64],
+    system: &'a dyn System,
+    settings: &'a PlanSettings,
+    /// Of all plans so far.
+    iterations: usize,
+}
+
+impl Approach<'_> {
+    /// How many times longer steps are if there are this many.
+    fn longer(&self, steps: usize) -> f64 {
+        self.task.steps as f64 / steps as f64
+    }
+
+    fn parameters(&self, width: f64, speed: f64, steps: usize) -> Vec<f64> {
+        self.phi.iter().copied().chain([width, speed, self.longer(steps)]).collect()
+    }
+
+    /// Settings of intermediate searches.
+    fn loose(&self, tolerance: f64) -> PlanSettings {
+        let bounded = self.task.control_bounds.is_some();
+        let newton = self.settings.newton && !(self.system.has_costly_curvature() && bounded);
+        PlanSettings { tolerance: self.settings.tolerance.max(tolerance), newton, ..self.settings.clone() }
+    }
+
+    /// Makes contacts and friction narrower plan by plan, over as many steps as `found` has, starting from its
+    /// controls. Friction over fewer steps than those of the task stays wider.
+    fn narrow(&mut self, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) -> Option<Kept> {
+        let steps = found.trajectory.steps();
+        let states = |x: &[f64]| self.task.system.contact_states(x, self.phi);
+        let mut widening = Widening::of(&states(found.trajectory.states.vector(0)));
+        let is_coarse = steps < self.task.steps;
+        let mut friction = Slowing::to(if is_coarse { COARSE_SPEED } else { 0.0 });
+        let loose = self.loose(if is_coarse { COARSE_TOLERANCE } else { TOLERANCE });
+        let mut kept: Option<Kept> = None;
+        let mut apart = false;
+        for _ in 0..STAGES {
+            if is_over(work.deadline) {
+                break;
+            }
+            let phi = self.parameters(widening.width.unwrap_or(0.0), friction.speed(), steps);
+            let bounds = self.task.control_bounds.as_ref();
+            let problem = NominalProblem { system: self.system, phi: &phi, bounds };
+            let mut patience = Patience::Full;
+            if let Some(kept) = &kept {
+                patience = Patience::Continued;
+                kept.follow(problem, found, work, scratch);
+            }
+            let settings = if apart { self.settings } else { &loose };
+            let planned = search_free(problem, (settings, patience), found, work, scratch).is_ok();
+            self.iterations += found.iterations;
+            if !(planned && found.status.is_converged()) && friction.go_back() {
+                continue;
+            }
+            if !planned {
+                break;
+            }
+            kept = Some(Kept::of(found));
+            let left = clearance_left(&found.trajectory, states);
+            if left > 0.0 && !apart {
+                // A contact with little force attracts a search only if the search does not end early.
+                apart = true;
+                continue;
+            }
+            apart = left > 0.0;
+            let narrow = widening.narrow(left);
+            if friction.slow_down(narrow) && narrow {
+                break;
+            }
+        }
+        kept
+    }
+
+    /// A plan over all steps by way of plans over fewer and longer ones (theory, section "Long plans"). `None` if that is
+    /// of no use, or fails.
+    fn by_longer_steps(&mut self, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) -> Option<Kept> {
+        // Within control bounds plans over longer steps often lead to costlier ones.
+        if self.task.control_bounds.is_some() || !self.system.endures_longer_steps() {
+            return None;
+        }
+        let counts: Vec<usize> = coarse(self.task.steps).collect();
+        let (&fewest, others) = counts.split_last()?;
+        // Far from a plan, longer steps may lead elsewhere.
+        let phi = self.parameters(0.0, SPEEDS[0], self.task.steps);
+        let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
+        search_free(problem, (&self.loose(TOLERANCE), Patience::Full), found, work, scratch).ok()?;
+        self.iterations += found.iterations;
+        let (guess, deadline) = (&found.trajectory, work.deadline);
+        let loose = self.loose(COARSE_TOLERANCE);
+        let (mut plan, mut work) = self.empty(guess, fewest, deadline);
+        for t in 0..fewest {
+            let control = guess.controls.vector(t * guess.steps() / fewest);
+            plan.trajectory.controls.vector_mut(t).copy_from_slice(control);
+        }
+        let mut kept = self.narrow(&mut plan, &mut work, scratch)?;
+        for &steps in others.iter().rev() {
+            (plan, work) = self.empty(guess, steps, deadline);
+            let phi = self.parameters(0.0, COARSE_SPEED, steps);
+            let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
+            kept.over(steps).follow(problem, &mut plan, &mut work, scratch);
+            search_free(problem, (&loose, Patience::Close), &mut plan, &mut work, scratch).ok()?;
+            self.iterations += plan.iterations;
+            kept = Kept::of(&plan);
+        }
+        Some(kept.over(guess.steps()))
+    }
+
+    /// A plan over some steps that starts where the guess does, and its workspace.
+    fn empty(&self, guess: &Trajectory, steps: usize, deadline: Option<Instant>) -> (Plan, PlanWorkspace) {
+        let size = self.system.dimensions();
+        let mut plan = Plan::zeros(size, steps);
+        plan.trajectory.states.vector_mut(0).copy_from_slice(guess.states.vector(0));
+        (plan, PlanWorkspace { deadline, ..PlanWorkspace::new(size, steps) })
+    }
 }
 
 /// The speeds by which the onset of friction is widened.
@@ -112,13 +194,13 @@ struct Slowing {
     refinements: usize,
 }
 
-impl Default for Slowing {
-    fn default() -> Self {
-        Self { ahead: SPEEDS.iter().rev().copied().collect(), reached: None, refinements: 0 }
-    }
-}
-
 impl Slowing {
+    /// Down to this speed.
+    fn to(least: f64) -> Self {
+        let ahead = SPEEDS.iter().rev().copied().filter(|speed| *speed >= least).collect();
+        Self { ahead, reached: None, refinements: 0 }
+    }
+
     fn speed(&self) -> f64 {
         self.ahead.last().copied().unwrap_or(0.0)
     }

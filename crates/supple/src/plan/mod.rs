@@ -6,6 +6,7 @@ mod bounds;
 mod conjugate_gradients;
 mod costates;
 mod descent;
+mod kept;
 mod nominal;
 mod result;
 mod risk;

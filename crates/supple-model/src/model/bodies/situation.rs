@@ -73,10 +73,9 @@ impl<'a, S: Scalar> Situation<'a, S> {
         Self { bodies, at, numbers, kinematics, ahead: None, smooth: false }
     }
 
-    /// The same situation, with resistive forces evaluated at the end of a step with accelerations `a`; `with_bodies` states
-    /// whether any of them needs the rates of frames there.
-    pub fn at_end(mut self, a: &[S], with_bodies: bool) -> Self {
-        let lead = self.at.time_step;
+    /// The same situation, with resistive forces evaluated a time `lead` ahead, s, in a step with accelerations `a`;
+    /// `with_bodies` states whether any of them needs the rates of frames there.
+    pub fn ahead(mut self, lead: S, a: &[S], with_bodies: bool) -> Self {
         let rates: Vec<S> = self.velocities().iter().zip(a).map(|(&v, &a)| lead.mul_add(a, v)).collect();
         let dofs = self.bodies.positions().0;
         let kinematics = with_bodies.then(|| self.kinematics.moving(&self.bodies.tree, &rates[..dofs]));

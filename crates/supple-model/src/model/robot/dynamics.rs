@@ -15,7 +15,11 @@ impl Robot {
     /// with accelerations `a`.
     pub(super) fn stepping<'a, S: Native>(&'a self, at: &'a Point<'a, S>, a: &[S]) -> Situation<'a, S> {
         let now = Situation::of(&self.bodies, at);
-        if self.integrator == Integrator::SemiImplicit { now } else { now.at_end(a, self.sees_frames()) }
+        if self.integrator == Integrator::SemiImplicit {
+            return now;
+        }
+        let lead = self.lead.map_or(at.time_step, |share| at.value(share) * at.time_step);
+        now.ahead(lead, a, self.sees_frames())
     }
 
     /// Whether any element of compliance uses frames.

@@ -82,6 +82,8 @@ pub struct Robot {
     /// Used in planning: a speed that widens the smoothing of joint friction.
     friction_widening: Option<Value>,
     integrator: Integrator,
+    /// Used in planning: the share of an implicit step after which resistive forces are evaluated; 1 by default.
+    lead: Option<Value>,
     substeps: usize,
     /// Joints that the task has locked.
     locked: Vec<String>,
@@ -264,8 +266,8 @@ impl Model for Robot {
         Some(self.substeps)
     }
 
-    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
-        let mut wide = Self { friction_widening: Some(speed), ..self.clone() };
+    fn widened(&self, length: Value, speed: Value, lead: Value) -> Option<Self> {
+        let mut wide = Self { friction_widening: Some(speed), lead: Some(lead), ..self.clone() };
         let mut any = self.has_friction();
         for element in &mut wide.compliance {
             if let Some(kind) = element.kind.widened(length, speed) {
@@ -274,6 +276,11 @@ impl Model for Robot {
             }
         }
         any.then_some(wide)
+    }
+
+    /// Contacts are too stiff for longer steps, and friction is if it is explicit.
+    fn endures_longer_steps(&self) -> bool {
+        self.integrator == Integrator::Implicit && !self.compliance.iter().any(|element| element.kind.is_contact())
     }
 
     fn picture(&self, at: &Point<f64>) -> Option<Picture> {

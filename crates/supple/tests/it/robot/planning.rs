@@ -60,6 +60,53 @@ fn contacts_are_found_from_afar() {
     }
 }
 
+/// The arm with dry friction in its joints, moving to targets in 0.6 s.
+fn rubbing_arm() -> Description {
+    let friction = ["shoulder", "elbow", "slide"].map(|joint| format!("[model.joints.{joint}]\nfriction = 2.0\n"));
+    Description {
+        model: format!("file = \"arm.urdf\"\nfriction_smoothing = 0.01\n{}", friction.concat()),
+        steps: 600,
+        time_step: "1e-3".into(),
+        costs: cost("joint_position", "target = [0.3, -0.3, 0.05]\nweight = 1.0\nfinal_weight = 1000.0")
+            + &cost("joint_velocity", "weight = 0.1\nfinal_weight = 10.0")
+            + &cost("control", "weight = 1e-4"),
+        ..arm()
+    }
+}
+
+/// A system of wider friction is the system itself at the end of its continuation, and a longer step of it moves and
+/// costs as much as the steps that it stands for.
+#[test]
+fn friction_is_nearly_the_same_over_longer_steps() {
+    let problem = rubbing_arm().problem();
+    let system = &*problem.tasks[0].system;
+    let wide = system.widened().unwrap();
+    assert!(system.endures_longer_steps() && !apart(0.1, 1e-3).problem().tasks[0].system.endures_longer_steps());
+    let start = [0.3, -0.4, 0.05, 0.2, -0.004, 0.001];
+    let u = [8.0, -5.0, 3.0];
+    let (mut x, mut next, mut scratch) = (start.to_vec(), vec![0.0; 6], Scratch::new());
+    wide.step(0, &start, &u, &[0.0, 0.0, 1.0], &mut next);
+    let mut cost = 0.0;
+    for i in 0..4 {
+        let mut after = vec![0.0; 6];
+        cost += system.advance(i, &x, &u, &[], &mut after, &mut scratch);
+        x = after;
+        assert!(i > 0 || x.iter().zip(&next).all(|(a, b)| (a - b).abs() < 1e-14), "{x:?} and {next:?}");
+    }
+    let long = wide.advance(0, &start, &u, &[0.0, 0.0, 4.0], &mut next, &mut scratch);
+    assert!((long / cost - 1.0).abs() < 0.02, "{long} for {cost}");
+    let moved = x.iter().zip(&start).fold(0.0, |most: f64, (x, start)| most.max((x - start).abs()));
+    let error = x.iter().zip(&next).fold(0.0, |most: f64, (x, next)| most.max((x - next).abs()));
+    assert!(error < 0.1 * moved, "{error} of {moved}: {next:?} for {x:?}");
+}
+
+/// Where joints stop is found over longer steps first: over all of them it takes few iterations.
+#[test]
+fn long_plans_with_friction_converge() {
+    let task = evaluate(&rubbing_arm().problem());
+    assert!(task.status.is_converged() && task.iterations < 60, "{:?} after {}", task.status, task.iterations);
+}
+
 /// Plans stop at the time limit, and say so.
 #[test]
 fn a_time_limit_ends_planning() {

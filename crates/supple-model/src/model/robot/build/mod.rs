@@ -150,6 +150,7 @@ impl Build<'_> {
             friction_smoothing: file.friction_smoothing,
             friction_widening: None,
             integrator: file.integrator,
+            lead: None,
             substeps: file.substeps,
             locked: self.locked_names.clone(),
             inserted: self.passive_joints().map(str::to_owned).collect(),
