@@ -68,9 +68,8 @@ pub struct File {
     /// Coefficient of friction; at least 0.
     #[serde(default)]
     friction: Value,
-    /// Slip speed over which friction builds up, m/s; above 0.
-    #[serde(default = "slow")]
-    slip: Value,
+    /// Slip speed over which friction builds up, m/s; above 0. Only with `friction`; default: 0.01.
+    slip: Option<Value>,
 }
 
 /// A face of a box, identified by its outward normal in the axes of the box.
@@ -146,9 +145,8 @@ impl File {
     }
 }
 
-fn slow() -> Value {
-    Value::Number(1e-2)
-}
+/// The slip speed over which friction builds up if a task gives none, m/s.
+const SLIP: f64 = 1e-2;
 
 impl ComplianceFile for Contact {
     type File = File;
@@ -161,6 +159,11 @@ impl ComplianceFile for Contact {
             return Err(Unfit::new("normal", format!("must be non-zero; found {normal:?}")));
         }
         let File { radius, stiffness, dissipation, smoothing, friction, slip, .. } = file;
+        if slip.is_some() && friction.is_zero() {
+            let unfit = Unfit::new("slip", "has no effect without friction");
+            return Err(unfit.with_help("give `friction`, or leave out `slip`"));
+        }
+        let slip = slip.unwrap_or(Value::Number(SLIP));
         let normal = normal.map(|entry| entry / length);
         let widening = None;
         Ok(Self { frame, normal, point, radius, stiffness, dissipation, smoothing, friction, slip, widening })

@@ -262,7 +262,11 @@ fn elements_of_compliance() {
             "task.toml:11:10: model.compliance[0].radius: must be at least 0; found -0.1",
         ),
         (
-            contact("normal = [0.0, 0.0, 1.0]\nslip = 0.0"),
+            contact("normal = [0.0, 0.0, 1.0]\nslip = 0.1"),
+            "task.toml:11:8: model.compliance[0].slip: has no effect without friction (give `friction`, or leave out `slip`)",
+        ),
+        (
+            contact("normal = [0.0, 0.0, 1.0]\nslip = 0.0\nfriction = 0.1"),
             "task.toml:11:8: model.compliance[0].slip: must be above 0; found 0",
         ),
         (
