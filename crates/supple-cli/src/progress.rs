@@ -6,8 +6,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use supple::Stop;
-use supple::halt;
+use supple::{Stop, halt};
 use supple_study::Watch;
 
 /// Set by Ctrl-C and by SIGTERM: long work stops soon and keeps what it found.

@@ -3,7 +3,6 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use supple::design::{GradientKind, InformationWeights, Method};
-
 use supple_text::capitalised;
 
 use super::{Output, TaskArguments, count, seed};

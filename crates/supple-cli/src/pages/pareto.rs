@@ -4,6 +4,7 @@ use std::fmt::Write;
 use supple::design::{DesignStatus, InformationWeights};
 use supple_study::About;
 use supple_study::pareto::{Pareto, ParetoPoint};
+use supple_text::capitalised;
 
 use crate::tables::{align_right, heading, number, table, title};
 
@@ -50,7 +51,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     let mut page = heading(about);
     let _ = writeln!(page, "{rows}\n");
     for remark in &front.remarks {
-        let _ = writeln!(page, "{}.", capitalised(&remark.text));
+        let _ = writeln!(page, "{}.", sentence(&remark.text));
     }
     for point in &front.points {
         for warning in &point.warnings {
@@ -83,10 +84,7 @@ pub fn stopped_front(front: &Pareto) -> Option<String> {
 }
 
 /// A sentence with a capital letter, except where it begins with a parameter name.
-fn capitalised(text: &str) -> String {
-    match text.strip_prefix("the ").map(|rest| ("The ", rest)) {
-        Some((start, rest)) => format!("{start}{rest}"),
-        None if text.starts_with("no ") || text.starts_with("bounds ") => text[..1].to_uppercase() + &text[1..],
-        None => text.to_owned(),
-    }
+fn sentence(text: &str) -> String {
+    let begins_with_a_word = ["the ", "no ", "bounds "].iter().any(|word| text.starts_with(word));
+    if begins_with_a_word { capitalised(text) } else { text.to_owned() }
 }

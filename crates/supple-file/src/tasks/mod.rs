@@ -251,9 +251,6 @@ impl Reader<'_> {
         let mut costs = self.costs(&context)?;
         if file.per == Per::Second {
             noise.per_second(file.time_step);
-        }
-        recall(&mut noise, model, file.time_step);
-        if file.per == Per::Second {
             for (number, cost) in costs.iter_mut().enumerate() {
                 cost.stage.scale(file.time_step);
                 // A final weight that is not given equals the stage weight.
@@ -266,6 +263,7 @@ impl Reader<'_> {
                 }
             }
         }
+        recall(&mut noise, model, file.time_step);
         let initial_control = match file.initial_control {
             Some(guess) => self.guess(guess, size, file.steps)?,
             None => Vec::new(),

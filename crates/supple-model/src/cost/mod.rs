@@ -52,13 +52,19 @@ pub enum Weights {
 }
 
 impl Weights {
+    /// All of them.
+    fn iter(&self) -> impl Iterator<Item = &Value> {
+        let (list, rows): (&[Value], &[Vec<Value>]) = match self {
+            Self::Equal(weight) => (std::slice::from_ref(weight), &[]),
+            Self::Each(weights) => (weights, &[]),
+            Self::Matrix(rows) => (&[], rows),
+        };
+        list.iter().chain(rows.iter().flatten())
+    }
+
     /// Whether every weight is the number 0.
     pub fn are_zero(&self) -> bool {
-        match self {
-            Self::Equal(weight) => weight.is_zero(),
-            Self::Each(weights) => weights.iter().all(|weight| weight.is_zero()),
-            Self::Matrix(rows) => rows.iter().flatten().all(|weight| weight.is_zero()),
-        }
+        self.iter().all(|weight| weight.is_zero())
     }
 
     /// Multiplies every weight by a value.
@@ -73,12 +79,7 @@ impl Weights {
     /// Whether every weight is 0 at `phi`.
     #[must_use]
     pub fn are_zero_at(&self, phi: &[f64]) -> bool {
-        let is_zero = |weight: &Value| weight.resolve::<f64>(phi) == 0.0;
-        match self {
-            Self::Equal(weight) => is_zero(weight),
-            Self::Each(weights) => weights.iter().all(is_zero),
-            Self::Matrix(rows) => rows.iter().flatten().all(is_zero),
-        }
+        self.iter().all(|weight| weight.resolve::<f64>(phi) == 0.0)
     }
 }
 
@@ -179,13 +180,10 @@ impl Cost {
 
     /// Checks the weights and the norm within the parameters' bounds; the error gives the key and what is valid.
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        for (key, weights) in [("weight", &self.stage), ("final_weight", &self.last)] {
-            let each = match weights {
-                Weights::Equal(weight) => std::slice::from_ref(weight),
-                Weights::Each(weights) => weights,
-                Weights::Matrix(_) => &[],
-            };
-            for weight in each {
+        // Entries of matrices may be negative.
+        let factors = [("weight", &self.stage), ("final_weight", &self.last)];
+        for (key, weights) in factors.into_iter().filter(|(_, weights)| !matches!(weights, Weights::Matrix(_))) {
+            for weight in weights.iter() {
                 if let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0) {
                     return Err((key, format!("must be at least 0; {}", weight.found(least))));
                 }

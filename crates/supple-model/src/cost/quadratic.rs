@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use supple_kernels::Matrices;
+use supple_lqg::refuse_indefinite;
 use supple_text::FileError;
 
 use super::{Cost, Weights};
@@ -11,7 +12,6 @@ use crate::noise::Covariance;
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Measurable, StateAndControl};
 use crate::value::symmetrise;
-use supple_lqg::refuse_indefinite;
 
 /// Its name in files.
 pub const NAME: &str = "quadratic";

@@ -105,8 +105,9 @@ impl dyn Constraints + '_ {
 
     /// The excesses of the first of the points that do not depend on the control, with minus infinity for the others.
     pub fn excesses_of_first(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Vec<f64> {
-        let mut excesses = Matrices::vectors(at.count(), self.of_control().len());
-        self.excesses(at, phi, &mut excesses, scratch);
+        let first = Points { stages: 1, has_end: false, ..at };
+        let mut excesses = Matrices::vectors(first.count(), self.of_control().len());
+        self.excesses(first, phi, &mut excesses, scratch);
         let all = excesses.vector(0).iter().zip(self.of_control());
         all.map(|(&excess, &of_control)| if of_control { f64::NEG_INFINITY } else { excess }).collect()
     }

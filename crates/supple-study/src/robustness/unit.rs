@@ -1,13 +1,14 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use supple::Stop;
+use supple::design::StartSummary;
+
 use super::cell::{Costs, Place, cells};
 use super::plan::{Optimum, Planned, plan_one};
 use super::{DesignChoice, RobustDesign, Robustness, RobustnessOptions, assemble, check};
 use crate::design::check_designable;
 use crate::{LoadedTask, StudyError};
-use supple::Stop;
-use supple::design::StartSummary;
 
 /// Does parts of a study of robustness, one after the other: designs, and the cells of them. The plans of designs that
 /// it made are kept.

@@ -143,22 +143,15 @@ impl<'a> Search<'a> {
         plan.knots.check_finite()?;
         self.task.noise.resolve_along(self.phi, &plan.trajectory.states, &mut self.noise)?;
         kalman(&plan.knots, &self.noise, &mut self.belief)?;
-        Ok(self.sweep(of_trial))
-    }
-
-    /// The law of the current shift along the plan or the trial, whose knots and belief are there.
-    fn sweep(&mut self, of_trial: bool) -> Result<Found, Failure> {
-        let plan = if of_trial { &mut self.trial } else { &mut *self.plan };
         let (knots, belief) = (&plan.knots, &self.belief);
         let exact = Given { knots, cost: &knots.cost, belief, sensitivity: self.sensitivity, shift: self.shift };
         let found = risk_sweep(exact, &mut plan.policy, &mut plan.costates);
         if !matches!(found, Err(Failure::Indefinite(_))) {
-            return found;
+            return Ok(found);
         }
-        let (system, at) = (&*self.task.system, plan.trajectory.points());
         system.cost_quadratics(at, self.phi, Curvature::GaussNewton, &mut self.convex, self.scratch);
         let convex = Given { cost: &self.convex, ..exact };
-        risk_sweep(convex, &mut plan.policy, &mut plan.costates)
+        Ok(risk_sweep(convex, &mut plan.policy, &mut plan.costates))
     }
 
     /// Whether the plan is almost as stationary as it should be.
