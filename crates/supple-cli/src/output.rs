@@ -8,6 +8,9 @@ use tempfile::NamedTempFile;
 use crate::failure::Failure;
 use supple_text::plain;
 
+/// The page that a study file ends in, in its folder.
+pub const REPORT: &str = "report.html";
+
 /// Prints one JSON object on standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = to_json(value)?;

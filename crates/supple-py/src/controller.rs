@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
+use supple::ControllerRun;
 use supple::simulate::Rollouts;
-use supple::{ControllerRun, Error};
 use supple_study::controller::{At, ControllerFile, ControllerFormat, ExportedController};
 
 use crate::arrays::to_python;
@@ -70,8 +70,8 @@ impl NativeController {
         let y = y.as_array();
         if y.len() != self.measured.len() {
             let what = "the measurement".to_owned();
-            let error = Error::Shape { what, found: y.len(), expected: self.measured.len() };
-            return Err(errors::of_compute(py, &error));
+            let error = supple::lqg::Error::Shape { what, found: y.len(), expected: self.measured.len() };
+            return Err(errors::of_compute(py, &error.into()));
         }
         self.measured.iter_mut().zip(y).for_each(|(to, &y)| *to = y);
         match self.exported.controller.step(&mut self.run, &self.measured) {

@@ -7,7 +7,7 @@ use crate::checksums;
 use crate::consistent;
 use crate::journal::{JOURNAL, forget, kept_parts};
 use crate::result::Kind;
-use crate::study::{Study, StudyFile, Work};
+use crate::study::{Study, Work};
 use crate::sweep::{Axis, TABLE_CSV};
 use crate::write::RESULT;
 use crate::{About, LoadedTask, Source, StudyError, StudyResult, check_writable, write_text};
@@ -44,13 +44,10 @@ impl Made {
         Self { study, about: About::of(&task.problem), ..Self::of_files(task.sources.clone()) }
     }
 
-    /// By this version: all steps of a study file.
+    /// By this version: several studies, asked for by one file with a title.
     #[must_use]
-    pub fn of_study_file(file: &StudyFile) -> Self {
-        Self {
-            about: About { title: file.title.clone(), ..About::default() },
-            ..Self::of_files(vec![file.source.clone()])
-        }
+    pub fn of_steps(title: &str, file: Source) -> Self {
+        Self { about: About { title: title.to_owned(), ..About::default() }, ..Self::of_files(vec![file]) }
     }
 
     fn of_files(sources: Vec<Source>) -> Self {

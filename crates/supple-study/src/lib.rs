@@ -13,7 +13,6 @@
 //! | one folder per result, with all that determined it | [`Folder`], [`Made`] |
 //! | progress, and the request to stop | [`Watch`], [`Progress`], [`Silent`] |
 //! | one module per kind of study, with its options and its result | [`design`], [`evaluate`], [`sweep`], [`pareto`], [`robustness`], [`trace`], [`sensors`], [`bound`] |
-//! | several studies in one file | [`StudyFile`](study::StudyFile) |
 //! | the controller of a stored design as C, JSON or NumPy arrays | [`controller`] |
 //!
 //! # A study as a value

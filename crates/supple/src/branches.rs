@@ -138,7 +138,7 @@ impl Candidates {
     /// The plan to keep; it records the cost of a cheaper plan that did not converge.
     fn choose(self) -> Result<Plan, Error> {
         let (Some(mut kept), other) = (self.converged, &self.other) else {
-            let error = self.error.unwrap_or(Error::NotFinite { what: "the first guess", step: 0 });
+            let error = self.error.unwrap_or(Error::not_finite("the first guess", 0));
             return self.other.ok_or(error);
         };
         let much_less = |cost: &f64| *cost < kept.objective - CHEAPER * (1.0 + kept.objective.abs());

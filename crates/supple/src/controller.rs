@@ -209,7 +209,7 @@ impl Controller {
         }
         let t = run.step;
         if y.iter().any(|y| !y.is_finite()) {
-            return Err(Error::NotFinite { what: "the measurement", step: t });
+            return Err(Error::not_finite("the measurement", t));
         }
         if t >= self.steps() {
             return Ok(false);
@@ -258,7 +258,7 @@ impl Controller {
 }
 
 fn check(what: &str, found: usize, expected: usize) -> Result<(), Error> {
-    if found == expected { Ok(()) } else { Err(Error::Shape { what: what.to_owned(), found, expected }) }
+    if found == expected { Ok(()) } else { Err(Error::shape(what.to_owned(), found, expected)) }
 }
 
 /// Row `i` of matrix `t`, without padding.

@@ -112,7 +112,7 @@ impl Problem {
         let task = self.task(name)?;
         let (found, expected) = (other.task.system.dimensions().states, task.system.dimensions().states);
         if found != expected {
-            return Err(Error::Shape { what: "the state of the plant".to_owned(), found, expected });
+            return Err(Error::shape("the state of the plant".to_owned(), found, expected));
         }
         let mut state = TaskState::new(task);
         plan_at(self, task, phi, None, Attempts::default(), &mut state)?;

@@ -1,4 +1,5 @@
 use supple_kernels::halt;
+use supple_lqg as lqg;
 use supple_model::parameters::ParameterError;
 
 use crate::stability::Stability;
@@ -30,24 +31,9 @@ use crate::stability::Stability;
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A matrix that must be positive definite is not.
-    #[error("{what} is not positive definite at step {step}")]
-    NotPositiveDefinite {
-        /// Which matrix.
-        what: &'static str,
-        /// Where.
-        step: usize,
-    },
-    /// A matrix that must be symmetric and positive semidefinite is not.
-    #[error("{what} must be symmetric and positive semidefinite; at step {step} {found}")]
-    NotPositiveSemidefinite {
-        /// Which matrix.
-        what: &'static str,
-        /// Where.
-        step: usize,
-        /// Which of its entries, or which eigenvalue, and what it is.
-        found: String,
-    },
+    /// A matrix, a number or a shape with which the sweeps cannot compute, or a bound that does not exist.
+    #[error(transparent)]
+    Lqg(lqg::Error),
     /// A covariance of a task that is not symmetric.
     #[error("{what} {found}")]
     NotSymmetric {
@@ -55,32 +41,6 @@ pub enum Error {
         what: String,
         /// What is valid, and the entries that differ.
         found: String,
-    },
-    /// An expected cost that no controller reaches.
-    #[error(
-        "no finite information achieves an expected cost of {cost:?}: with the state known exactly the least cost is {least:?}; choose a larger cost"
-    )]
-    CostBelowLeast {
-        /// The cost asked for.
-        cost: f64,
-        /// The least possible.
-        least: f64,
-    },
-    /// A bound that could not be computed.
-    #[error("no certified bound: {what}; {advice}")]
-    NoBound {
-        /// Why it could not be computed.
-        what: String,
-        /// What to change.
-        advice: &'static str,
-    },
-    /// A number became infinite or not a number.
-    #[error("{what} is not finite at step {step}")]
-    NotFinite {
-        /// Which number.
-        what: &'static str,
-        /// Where.
-        step: usize,
     },
     /// A plan could not be computed where the time step is too large for the model.
     #[error("task `{task}`: {error}: {stability}")]
@@ -112,16 +72,6 @@ pub enum Error {
         task: String,
         /// What could not be computed.
         error: Box<Error>,
-    },
-    /// Something has the wrong shape.
-    #[error("{what} has length {found}, not {expected}")]
-    Shape {
-        /// Which thing.
-        what: String,
-        /// Its length.
-        found: usize,
-        /// The right length.
-        expected: usize,
     },
     /// An index out of range.
     #[error("index out of range: there is no {what} (indices start at 0)")]
@@ -198,14 +148,33 @@ impl Error {
     pub fn is_of_request(&self) -> bool {
         matches!(
             self,
-            Self::CostBelowLeast { .. }
+            Self::Lqg(lqg::Error::CostBelowLeast { .. } | lqg::Error::Shape { .. })
                 | Self::Parameter(_)
                 | Self::Unknown { .. }
-                | Self::Shape { .. }
                 | Self::NoTotalGradient { .. }
                 | Self::Planning { .. }
                 | Self::TooMany { .. }
         )
+    }
+
+    /// `what` is infinite or not a number at `step`.
+    pub(crate) fn not_finite(what: &'static str, step: usize) -> Self {
+        Self::Lqg(lqg::Error::NotFinite { what, step })
+    }
+
+    /// The matrix `what` is not positive definite at `step`.
+    pub(crate) fn not_definite(what: &'static str, step: usize) -> Self {
+        Self::Lqg(lqg::Error::NotPositiveDefinite { what, step })
+    }
+
+    /// `what` has the length `found` instead of `expected`.
+    pub(crate) fn shape(what: impl Into<String>, found: usize, expected: usize) -> Self {
+        Self::Lqg(lqg::Error::Shape { what: what.into(), found, expected })
+    }
+
+    /// There is no certified bound because of `what`.
+    pub(crate) fn no_bound(what: impl Into<String>, advice: &'static str) -> Self {
+        Self::Lqg(lqg::Error::NoBound { what: what.into(), advice })
     }
 
     /// An error if a stop was requested; called between parts of long computations.
@@ -214,18 +183,8 @@ impl Error {
     }
 }
 
-impl From<supple_lqg::Error> for Error {
-    fn from(error: supple_lqg::Error) -> Self {
-        use supple_lqg::Error as Lqg;
-        match error {
-            Lqg::NotPositiveDefinite { what, step } => Self::NotPositiveDefinite { what, step },
-            Lqg::NotPositiveSemidefinite { what, step, found } => Self::NotPositiveSemidefinite { what, step, found },
-            Lqg::CostBelowLeast { cost, least } => Self::CostBelowLeast { cost, least },
-            Lqg::NoBound { what, advice } => Self::NoBound { what, advice },
-            Lqg::NotFinite { what, step } => Self::NotFinite { what, step },
-            Lqg::Stopped => Self::Stopped,
-            Lqg::Shape { what, found, expected } => Self::Shape { what, found, expected },
-            other => Self::Elsewhere(other.to_string()),
-        }
+impl From<lqg::Error> for Error {
+    fn from(error: lqg::Error) -> Self {
+        if matches!(error, lqg::Error::Stopped) { Self::Stopped } else { Self::Lqg(error) }
     }
 }

@@ -194,6 +194,6 @@ fn law_of(plan: &Plan) -> Result<Cow<'_, Policy>, Error> {
     let Knots { dimensions, dynamics, cost, .. } = &plan.knots;
     let mut law = Policy::zeros(*dimensions, plan.knots.steps());
     solve_riccati(dynamics, cost, Regularisation::default(), &mut law)
-        .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
+        .map_err(|step| Error::not_definite("the control's curvature", step))?;
     Ok(Cow::Owned(law))
 }

@@ -209,7 +209,7 @@ impl Problem {
     pub fn check_design(&self, phi: &[f64]) -> Result<(), Error> {
         let (found, expected) = (phi.len(), self.parameters.len());
         if found != expected {
-            return Err(Error::Shape { what: "the list of parameters".to_owned(), found, expected });
+            return Err(Error::shape("the list of parameters".to_owned(), found, expected));
         }
         for task in &self.tasks {
             let what = format!("steps of the task `{}`", task.name);
@@ -423,7 +423,7 @@ impl Task {
         let size = self.system.dimensions();
         let check = |what: &str, found: usize, expected: usize| {
             let what = format!("{what} of task `{}`", self.name);
-            if found == expected { Ok(()) } else { Err(Error::Shape { what, found, expected }) }
+            if found == expected { Ok(()) } else { Err(Error::shape(what, found, expected)) }
         };
         check("a row of the controls", controls.cols(), size.controls)?;
         if let Some(steps) = self.system.steps().filter(|&steps| steps < controls.count()) {
@@ -441,7 +441,7 @@ impl Task {
         self.system.roll_out(RollOut::Controls, phi, &mut motion, &mut Scratch::default());
         let finite = |t: &usize| motion.states.vector(*t).iter().all(|number| number.is_finite());
         match (0..motion.states.count()).find(|t| !finite(t)) {
-            Some(step) => Err(Error::NotFinite { what: "the state of a simulation", step }),
+            Some(step) => Err(Error::not_finite("the state of a simulation", step)),
             None => Ok(motion),
         }
     }
@@ -454,7 +454,7 @@ impl Task {
         let size = self.system.dimensions();
         let check = |what: &str, found: usize, expected: usize| {
             let what = format!("{what} of task `{}`", self.name);
-            if found == expected { Ok(()) } else { Err(Error::Shape { what, found, expected }) }
+            if found == expected { Ok(()) } else { Err(Error::shape(what, found, expected)) }
         };
         check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
         check("initial_state", self.initial_state.len(), size.states)?;

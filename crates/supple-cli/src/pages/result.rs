@@ -40,7 +40,7 @@ fn study_page(about: &About, study: &Steps, folder: &Path) -> String {
     for figure in &study.figures {
         line("a figure", &folder.join(figure));
     }
-    line("the report", &folder.join(supple_study::study::REPORT));
+    line("the report", &folder.join(crate::output::REPORT));
     page
 }
 

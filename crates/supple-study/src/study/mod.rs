@@ -1,9 +1,8 @@
 //! Studies as values: what to do, to which task, with which options.
 //!
-//! The program, study files and Python make [`Study`] values, and only [`Work::run`] executes them. A result
+//! The program, its study files and Python make [`Study`] values, and only [`Work::run`] executes them. A result
 //! keeps the value that it was made from.
 
-mod file;
 mod words;
 
 use std::path::Path;
@@ -11,8 +10,6 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::design::DesignSettings;
-
-pub use file::{REPORT, Step, StudyFile};
 
 use crate::bound::BoundOptions;
 use crate::evaluate::EvaluateOptions;

@@ -51,7 +51,7 @@ pub(crate) fn belief_plan_gradient(
     match hessian.solve(&slope, Goal::free(RESIDUAL, PRODUCTS), &mut around, &mut found)? {
         Solved::Converged | Solved::Border => {}
         Solved::NegativeCurvature => {
-            return Err(Error::NotPositiveDefinite { what: "the Hessian of the expected cost", step: 0 });
+            return Err(Error::not_definite("the Hessian of the expected cost", 0));
         }
         Solved::MaxProducts => {
             return Err(Error::Planning {

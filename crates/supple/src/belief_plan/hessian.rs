@@ -76,8 +76,7 @@ impl Hessian {
         if self.factorise(dynamics).is_err() {
             self.cost.clear();
             system.cost_quadratics(at, phi, Curvature::GaussNewton, &mut self.cost, scratch);
-            self.factorise(dynamics)
-                .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
+            self.factorise(dynamics).map_err(|step| Error::not_definite("the control's curvature", step))?;
         }
         let squares: f64 = plan.trajectory.controls.as_slice().iter().map(|u| u * u).sum();
         let count = (plan.trajectory.steps() * system.dimensions().controls) as f64;
@@ -139,7 +138,7 @@ impl Hessian {
     ) -> Result<Vec<f64>, Error> {
         let largest = v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         if largest == 0.0 || !largest.is_finite() {
-            return Err(Error::NotFinite { what: "a direction of the controls", step: 0 });
+            return Err(Error::not_finite("a direction of the controls", 0));
         }
         let step = DIFFERENCE * self.scale / largest;
         let mut sides = [Vec::new(), Vec::new()];

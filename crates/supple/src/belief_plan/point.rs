@@ -66,21 +66,21 @@ impl Point {
         let at = plan.trajectory.points();
         plan.objective = f64::INFINITY;
         if !plan.nominal_cost.is_finite() {
-            return Err(Error::NotFinite { what: "the cost of a trajectory", step: 0 });
+            return Err(Error::not_finite("the cost of a trajectory", 0));
         }
         plan.knots.linearise_plan(&*task.system, at, phi, Curvature::Exact, scratch);
         plan.knots.linearise_measurement(&*task.system, at, phi, scratch);
         plan.knots.check_finite()?;
         solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy)
-            .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
+            .map_err(|step| Error::not_definite("the control's curvature", step))?;
         task.noise.resolve_along(phi, &plan.trajectory.states, noise)?;
         kalman(&plan.knots, noise, belief)?;
         if let Some(step) = gains_by_noise(plan, noise) {
-            return Err(Error::NotPositiveDefinite { what: "the cost-to-go where there is noise", step });
+            return Err(Error::not_definite("the cost-to-go where there is noise", step));
         }
         let cost = cost_parts(plan, belief, noise).expected();
         if !cost.is_finite() {
-            return Err(Error::NotFinite { what: "the expected cost of a trajectory", step: 0 });
+            return Err(Error::not_finite("the expected cost of a trajectory", 0));
         }
         plan.objective = cost;
         Ok(())

@@ -40,13 +40,13 @@ fn finite(report: TaskBound) -> Result<TaskBound, Error> {
     if report.is_finite() {
         return Ok(report);
     }
-    Err(Error::NoBound {
-        what: "a result is not a finite number".into(),
-        advice: match report.stationary {
+    Err(Error::no_bound(
+        "a result is not a finite number",
+        match report.stationary {
             true => "scale the states to similar sizes",
             false => "scale the states to similar sizes, or shorten the horizon",
         },
-    })
+    ))
 }
 
 impl Bounding {
@@ -125,12 +125,12 @@ impl Bounding {
 
     /// The expected cost of the design's own filter and controller.
     fn required_own_cost(&self) -> Result<f64, Error> {
-        self.own.cost.ok_or_else(|| Error::NoBound {
-            what: format!(
-                "the filter of task `{}` has no steady state, so its expected cost per step is undefined",
-                self.name
-            ),
-            advice: "give the cost limit with --cost, or sensors that detect every unstable state",
+        self.own.cost.ok_or_else(|| {
+            let name = &self.name;
+            Error::no_bound(
+                format!("the filter of task `{name}` has no steady state, so its expected cost per step is undefined"),
+                "give the cost limit with --cost, or sensors that detect every unstable state",
+            )
         })
     }
 

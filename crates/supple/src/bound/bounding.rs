@@ -50,10 +50,10 @@ impl Problem {
             return Err(Error::Unknown { what: "task", name: name.clone(), valid: names() });
         }
         if options.cost.is_some() && tasks.len() > 1 {
-            return Err(Error::NoBound {
-                what: format!("--cost was given, but there are several tasks: {}", names()),
-                advice: "choose the task with --task",
-            });
+            return Err(Error::no_bound(
+                format!("--cost was given, but there are several tasks: {}", names()),
+                "choose the task with --task",
+            ));
         }
         tasks.into_iter().map(|task| Bounding::new((self, task), phi, options)).collect()
     }
@@ -226,9 +226,11 @@ impl Bounding {
             _ => minimum,
         };
         self.search(cost, own_price).map(proved).map_err(|error| match error {
-            Error::CostBelowLeast { .. } => Error::CostBelowLeast { cost, least: self.minimum_cost() },
-            Error::NoBound { what, advice } if cost.is_finite() => {
-                Error::NoBound { what: format!("at an expected cost of {}, {what}", digits(cost)), advice }
+            Error::Lqg(supple_lqg::Error::CostBelowLeast { .. }) => {
+                supple_lqg::Error::CostBelowLeast { cost, least: self.minimum_cost() }.into()
+            }
+            Error::Lqg(supple_lqg::Error::NoBound { what, advice }) if cost.is_finite() => {
+                Error::no_bound(format!("at an expected cost of {}, {what}", digits(cost)), advice)
             }
             other => other,
         })

@@ -40,10 +40,10 @@ pub(super) fn stationary(
     let other = "its model is not `A x + B u`, or its costs are not `x'Qx + u'Ru`";
     let what = change.map(|(what, ..)| what).or_else(|| (!is_quadratic(task, phi, state)).then_some(other));
     if let Some(what) = what {
-        return Err(Error::NoBound {
-            what: format!("task `{}` has no steady state: {what}", task.name),
-            advice: "compute the bounds over its horizon instead, without `stationary`; steady-state bounds require a linear time-invariant model with cost `x'Qx + u'Ru`",
-        });
+        return Err(Error::no_bound(
+            format!("task `{}` has no steady state: {what}", task.name),
+            "compute the bounds over its horizon instead, without `stationary`; steady-state bounds require a linear time-invariant model with cost `x'Qx + u'Ru`",
+        ));
     }
     let (dynamics, cost) = (first(&knots.dynamics, n, joint), first(&knots.cost, joint, joint));
     let system = Stationary::new(&dynamics, &first(&noise.process, n, n), &cost)?;

@@ -69,11 +69,7 @@ impl Searcher<'_> {
         }
         let stopped = self.control.is_stopped();
         let Some(best_status) = starts.get(best).map(|summary| summary.status) else {
-            return Err(Error::Shape {
-                what: "the list of starts".to_owned(),
-                found: 0,
-                expected: self.settings.starts,
-            });
+            return Err(Error::shape("the list of starts".to_owned(), 0, self.settings.starts));
         };
         Ok(Design {
             status: if stopped { DesignStatus::Stopped } else { best_status },

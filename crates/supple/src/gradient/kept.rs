@@ -66,7 +66,7 @@ fn move_multipliers(
         if let Err(step) = work.vary(plan) {
             // If the cost has negative curvature across a limit, only a penalty makes the sum convex.
             if growths == MOST_GROWTHS {
-                return Err(Error::NotPositiveDefinite { what: HESSIAN, step });
+                return Err(Error::not_definite(HESSIAN, step));
             }
         } else {
             let size = work.variation.as_slice().iter().fold(f64::MIN_POSITIVE, |size, entry| size.max(entry.abs()));
@@ -93,7 +93,7 @@ fn move_multipliers(
         Ok(moved)
     } else {
         let step = active.first().map_or(0, |active| active.point);
-        Err(Error::NotPositiveDefinite { what: HESSIAN, step })
+        Err(Error::not_definite(HESSIAN, step))
     }
 }
 

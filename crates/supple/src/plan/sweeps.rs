@@ -26,7 +26,7 @@ pub(crate) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scra
     // Values that an earlier plan left there would change the last digits of this one.
     plan.policy.feedback.as_mut_slice().fill(0.0);
     let finite = plan.nominal_cost.is_finite();
-    if finite { Ok(()) } else { Err(Error::NotFinite { what: "the cost of the first guess", step: 0 }) }
+    if finite { Ok(()) } else { Err(Error::not_finite("the cost of the first guess", 0)) }
 }
 
 /// Linearises dynamics and cost at the plan's trajectory, and finds its costates and stationarity.
@@ -79,7 +79,7 @@ pub(crate) fn finish(
         }
         mu = (10.0 * mu).max(LEAST_MU);
         if mu > MOST_MU {
-            return Err(Error::NotPositiveDefinite { what: "the control's curvature", step });
+            return Err(Error::not_definite("the control's curvature", step));
         }
     }
     Ok(())

@@ -78,7 +78,7 @@ impl Selection {
         let none = selection.worth(&vec![false; selection.candidates.len()]);
         match none.cost.is_finite() && none.information.is_finite() {
             true => Ok(selection),
-            false => Err(Error::NotFinite { what: "the expected cost without the candidate sensors", step: 0 }),
+            false => Err(Error::not_finite("the expected cost without the candidate sensors", 0)),
         }
     }
 

@@ -126,7 +126,7 @@ fn check_semidefinite(value: &Matrices) -> Result<(), Error> {
         }
     }
     let what = "the value of information";
-    if least < -INDEFINITE * greatest { Err(Error::NotPositiveDefinite { what, step }) } else { Ok(()) }
+    if least < -INDEFINITE * greatest { Err(Error::not_definite(what, step)) } else { Ok(()) }
 }
 
 /// Eigenvalues of the value of information down to this, relative to the greatest of all steps, are rounding.
@@ -147,7 +147,7 @@ fn whitened(c: &Matrices, v: &Matrices, owners: &[Option<Option<usize>>], used: 
                 factor[i * p + j] = shared;
             }
         }
-        let indefinite = |_| Error::NotPositiveDefinite { what: "the measurement covariance", step: t };
+        let indefinite = |_| Error::not_definite("the measurement covariance", t);
         rows::cholesky(&mut factor, p, p).map_err(indefinite)?;
         for (i, &row) in used.iter().enumerate() {
             for a in 0..n {

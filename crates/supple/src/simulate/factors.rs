@@ -25,8 +25,7 @@ pub(super) struct Factors {
 
 impl Factors {
     fn of(covariance: &Matrices, what: &'static str) -> Result<Self, Error> {
-        let factor =
-            |step| semidefinite_factor(covariance, step).map_err(|_| Error::NotPositiveDefinite { what, step });
+        let factor = |step| semidefinite_factor(covariance, step).map_err(|_| Error::not_definite(what, step));
         let each = (0..covariance.count()).map(factor).collect::<Result<_, _>>()?;
         Ok(Self { order: covariance.rows(), each })
     }

@@ -82,7 +82,7 @@ fn innovation_factor(controller: &Controller, t: usize) -> Result<Matrices, Erro
     }
     let stride = factor.stride();
     let what = "the innovation covariance of a filter";
-    rows::cholesky(factor.at_mut(0), p, stride).map_err(|_| Error::NotPositiveDefinite { what, step: 0 })?;
+    rows::cholesky(factor.at_mut(0), p, stride).map_err(|_| Error::not_definite(what, 0))?;
     Ok(factor)
 }
 

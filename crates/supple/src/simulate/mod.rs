@@ -272,15 +272,17 @@ impl ClosedLoop {
             }
         }
         if recorded && self.outcomes[0].diverged {
-            return Err(Error::NotFinite { what: "a run in closed loop", step: t });
+            return Err(Error::not_finite("a run in closed loop", t));
         }
         // Each sample is reset at most once: its filter did not fail at the state to which it is reset.
         let mut aside = 0;
         loop {
             let corrected = filter.correct(t, &self.measured, &mut self.filters, &mut self.scratch);
-            let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
+            let Err(Error::Lqg(supple_lqg::Error::NotPositiveDefinite { what, step: sample })) = corrected else {
+                return corrected;
+            };
             if t == 0 || aside == self.outcomes.len() || recorded && sample == 0 {
-                return Err(Error::NotPositiveDefinite { what, step: t });
+                return Err(Error::not_definite(what, t));
             }
             self.set_aside(setting, (t, sample));
             aside += 1;
@@ -302,9 +304,11 @@ impl ClosedLoop {
         let mut lost = 0;
         loop {
             let corrected = knowing.correct(t, &self.measured, filters, &mut self.scratch);
-            let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
+            let Err(Error::Lqg(supple_lqg::Error::NotPositiveDefinite { what, step: sample })) = corrected else {
+                return corrected;
+            };
             if lost == filters.count() {
-                return Err(Error::NotPositiveDefinite { what, step: t });
+                return Err(Error::not_definite(what, t));
             }
             lose(filters, sample);
             lost += 1;

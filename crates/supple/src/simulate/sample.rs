@@ -51,7 +51,9 @@ pub(super) fn sample_of(
     let mut record = Record::new(size, task.steps);
     let times = match closed.run(setting, (seed, number), Some(&mut record)) {
         Ok(()) => task.steps + 1,
-        Err(Error::NotFinite { step, .. } | Error::NotPositiveDefinite { step, .. }) => step,
+        Err(Error::Lqg(
+            supple_lqg::Error::NotFinite { step, .. } | supple_lqg::Error::NotPositiveDefinite { step, .. },
+        )) => step,
         Err(error) => return Err(error),
     };
     let rows = |matrices: &Matrices| {

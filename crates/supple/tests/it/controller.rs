@@ -153,7 +153,7 @@ fn wrong_measurements_are_refused_and_change_nothing() {
     let mut broken = vec![0.1; p];
     broken[p - 1] = f64::NAN;
     let broken = controller.step(&mut run, &broken).unwrap_err();
-    assert!(matches!(broken, Error::NotFinite { step: 1, .. }), "{broken}");
+    assert!(matches!(broken, Error::Lqg(supple::lqg::Error::NotFinite { step: 1, .. })), "{broken}");
     assert_eq!(run, before);
 }
 

@@ -1,17 +1,23 @@
+mod file;
+#[cfg(test)]
+mod tests;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use supple_study::study::{REPORT, Step, Study, StudyFile};
+use supple_study::study::Study;
 use supple_study::{Folder, LoadedTask, Made, RESULT, Steps, StudyResult, check_writable};
+
+use file::{Step, StudyFile};
 
 use super::conduct::make;
 use super::plot::check_figures;
 use super::{plot, report};
 use crate::Outcome;
-use crate::arguments::{Arguments, Command, PlotOptions, ReportOptions, StudyCommand, StudyOptions};
+use crate::arguments::{ReportOptions, StudyCommand, StudyOptions};
 use crate::failure::Failure;
-use crate::output::{note, print_text};
+use crate::output::{REPORT, note, print_text};
 use crate::progress::{STOP, listen};
 
 /// `supple study FILE`
@@ -19,8 +25,7 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     let out = options.out.clone().unwrap_or_else(|| options.study.file_stem().map(PathBuf::from).unwrap_or_default());
     let file = StudyFile::load(&options.study, &out)?;
     let steps = file.steps.iter().map(|step| Planned::of(&file, step)).collect::<Result<Vec<_>, _>>()?;
-    let figures = file.figures.iter().map(|figure| to_plot(&file, figure)).collect::<Result<Vec<_>, _>>()?;
-    if !figures.is_empty() {
+    if !file.figures.is_empty() {
         check_figures()?;
     }
     Folder::check_kind(&out, "study")?;
@@ -36,10 +41,12 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
             return Ok(Outcome::Shortfall);
         }
     }
-    figures.iter().try_for_each(|figure| plot(figure).map(drop))?;
-    let names = |steps: &[Step]| steps.iter().map(|step| step.output.clone()).collect();
-    let result = Steps { steps: names(&file.steps), figures: names(&file.figures) };
-    Folder::save(&out, &Made::of_study_file(&file), &StudyResult::Study(Box::new(result)))?;
+    file.figures.iter().try_for_each(|figure| plot(&figure.command).map(drop))?;
+    let result = Steps {
+        steps: file.steps.iter().map(|step| step.output.clone()).collect(),
+        figures: file.figures.iter().map(|figure| figure.output.clone()).collect(),
+    };
+    Folder::save(&out, &Made::of_steps(&file.title, file.source.clone()), &StudyResult::Study(Box::new(result)))?;
     let page = out.join(REPORT);
     report(&ReportOptions { folders: vec![out], out: page.clone() })?;
     let (steps, seconds) = (steps.len(), clock.elapsed().as_secs_f64());
@@ -48,23 +55,22 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
 }
 
 /// A step whose options and task have been validated.
-struct Planned {
-    command: StudyCommand,
+struct Planned<'a> {
+    command: &'a StudyCommand,
     task: LoadedTask,
     study: Study,
 }
 
-impl Planned {
-    /// Parses the step's options and loads its task.
-    fn of(file: &StudyFile, step: &Step) -> Result<Self, Failure> {
-        let Command::Study(command) = command(file, step)? else { return Err(wrong(file, step, "is not a study")) };
-        let asks = command.asks();
+impl<'a> Planned<'a> {
+    /// Loads the step's task and checks its options against it.
+    fn of(file: &StudyFile, step: &'a Step<StudyCommand>) -> Result<Self, Failure> {
+        let asks = step.command.asks();
         let here =
             |failure: Failure| if failure.is_of_file() { failure } else { wrong(file, step, &failure.to_string()) };
         let task = asks.task().read().map_err(here)?;
         let work = asks.work(&task).map_err(here)?;
         let study = Study::of(&task, work);
-        Ok(Self { command, task, study })
+        Ok(Self { command: &step.command, task, study })
     }
 
     /// Runs the step, or reuses its result from an earlier run.
@@ -91,26 +97,6 @@ impl Planned {
     }
 }
 
-/// Parses a step or figure as a command.
-fn command(file: &StudyFile, step: &Step) -> Result<Command, Failure> {
-    let words = ["supple".to_owned()].into_iter().chain(step.words.iter().cloned());
-    match Arguments::of_words(words) {
-        Ok(arguments) => Ok(arguments.command),
-        Err(error) => {
-            // The first line says what is wrong; the rest is help on the command line.
-            let text = error.to_string();
-            Err(wrong(file, step, text.lines().next().unwrap_or_default().trim_start_matches("error: ")))
-        }
-    }
-}
-
-fn to_plot(file: &StudyFile, figure: &Step) -> Result<PlotOptions, Failure> {
-    match command(file, figure)? {
-        Command::Plot(options) => Ok(options),
-        _ => Err(wrong(file, figure, "is not a figure")),
-    }
-}
-
-fn wrong(file: &StudyFile, step: &Step, message: &str) -> Failure {
-    file.error(step, format!("`{}`: {message}", step.name)).into()
+fn wrong(file: &StudyFile, step: &Step<StudyCommand>, message: &str) -> Failure {
+    file.error(step, message).into()
 }

@@ -1,10 +1,9 @@
 //! Study files: what steps become, and what is said where a file is wrong.
 
-#![allow(clippy::unwrap_used)]
+use std::path::{Path, PathBuf};
 
-use std::path::Path;
-
-use supple_study::study::StudyFile;
+use super::file::StudyFile;
+use crate::arguments::StudyCommand;
 
 const STUDY: &str = r#"title = "A study"
 
@@ -21,8 +20,8 @@ name = "best"
 run = "design"
 task = "./own.toml"
 starts = 2
-json_lines = false
-quiet = true
+verbose = true
+seed = 3
 
 [[figures]]
 name = "first"
@@ -35,31 +34,26 @@ fn load(text: &str) -> Result<StudyFile, supple::FileError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(&path, text).unwrap();
-    // Paths as from the folder of the study, whatever that is here.
-    StudyFile::load(&path, Path::new("out")).map(|mut study| {
-        let here = folder.path().display().to_string();
-        let above = folder.path().parent().unwrap().display().to_string();
-        for step in &mut study.steps {
-            step.words[1] = step.words[1].replace(&here, "HERE").replace(&above, "ABOVE");
-        }
-        study
-    })
+    StudyFile::load(&path, Path::new("out"))
 }
 
 #[test]
-fn steps_are_command_lines() {
+fn steps_are_commands() {
     let study = load(STUDY).unwrap();
     assert_eq!(study.title, "A study");
-    assert_eq!(
-        study.steps[0].words.join(" "),
-        "sweep ABOVE/tasks/two_mass.toml --grid=k1=50:600:3 --grid=k2=log:100:600:3 --rollouts=20 \
-         --set=wall_variance=1e-5 --out out/landscape"
-    );
-    assert_eq!(study.steps[1].words.join(" "), "design HERE/own.toml --quiet --starts=2 --out out/best");
-    assert_eq!(
-        study.figures[0].words.join(" "),
-        "plot out/landscape out/best --figure=landscape --format=pdf --out out/figures/first.pdf"
-    );
+    let [landscape, best] = &study.steps[..] else { panic!("{:?}", study.steps) };
+    let StudyCommand::Sweep(sweep) = &landscape.command else { panic!("{landscape:?}") };
+    assert_eq!(sweep.grid, ["k1=50:600:3", "k2=log:100:600:3"]);
+    assert_eq!((sweep.rollouts, sweep.starts, &sweep.task.set[..]), (20, 0, &["wall_variance=1e-5".to_owned()][..]));
+    assert_eq!(sweep.output.out, Some(PathBuf::from("out/landscape")));
+    // Paths as from the folder of the study.
+    assert!(sweep.task.task.ends_with("tasks/two_mass.toml"), "{:?}", sweep.task);
+    let StudyCommand::Design(design) = &best.command else { panic!("{best:?}") };
+    assert_eq!((design.starts, design.task.verbose, design.output.json), (Some(2), true, false));
+    assert!(design.task.task.ends_with("own.toml") && design.task.task.is_absolute(), "{:?}", design.task);
+    let [figure] = &study.figures[..] else { panic!("{:?}", study.figures) };
+    assert_eq!(figure.command.folders, [PathBuf::from("out/landscape"), PathBuf::from("out/best")]);
+    assert_eq!(figure.command.out, Some(PathBuf::from("out/figures/first.pdf")));
 }
 
 #[test]
@@ -93,6 +87,25 @@ fn wrong_files_are_errors_with_their_line() {
             "steps[0].out: is an option of `supple study`, not of a step",
             None,
         ),
+        (
+            "rollouts = 20",
+            "rollouts = -1",
+            8,
+            "steps[0].rollouts: must be a whole number from 0 to 1000000; found -1",
+            None,
+        ),
+        (
+            "rollouts = 20",
+            "rolouts = 20",
+            8,
+            "steps[0].rolouts: `supple sweep` has no such option",
+            Some("did you mean `rollouts`?"),
+        ),
+        ("grid = [\"k1=50:600:3\", \"k2=log:100:600:3\"]\n", "", 3, "steps[0].grid: is missing", None),
+        ("starts = 2", "method = \"newton\"", 15, "steps[1].method: must be one of", None),
+        ("figure = \"landscape\"", "figure = \"landscpe\"", 21, "figures[0].figure: must be one of", None),
+        ("rollouts = 20", "rollouts = true", 8, "steps[0].rollouts: needs a value, not true or false", None),
+        ("rollouts = 20", "rollouts = [1, 2]", 8, "steps[0].rollouts: ", None),
         ("rollouts = 20", "rollouts = { a = 1 }", 8, "a number, a text, true, false, or a list", None),
         ("title = \"A study\"", "titel = \"A study\"", 1, "titel", Some("did you mean `title`?")),
         ("[[figures]]", "[[figures", 20, "", None),

@@ -1,14 +1,20 @@
 //! Study files: several studies and figures in one file, made by one command.
 //!
-//! A step is a command of `supple`: the keys of its table are the command's long options.
+//! A step is a command of `supple`: the keys of its table are the command's long options, read by the command line's own
+//! parser, so that a file and a shell have one list of options and one set of checks.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
+use clap::Subcommand;
+use clap::error::{ContextKind, ErrorKind};
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use supple::FileError;
 use supple_file::{Document, Place, parse_document, read_text};
+use supple_study::Source;
+
+use crate::arguments::{Arguments, Command, PlotOptions, StudyCommand};
 
 /// A study file as it was read.
 ///
@@ -23,38 +29,33 @@ use supple_file::{Document, Place, parse_document, read_text};
 /// task = "../tasks/two_mass.toml"
 /// grid = ["k1=log:50:600:40", "k2=log:100:600:40"]
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct StudyFile {
     /// What it is, for people.
     pub title: String,
     /// Its steps, in order.
-    pub steps: Vec<Step>,
+    pub steps: Vec<Step<StudyCommand>>,
     /// Its figures, drawn after all steps.
-    pub figures: Vec<Step>,
+    pub figures: Vec<Step<PlotOptions>>,
     /// The file's name and text.
-    pub source: crate::Source,
+    pub source: Source,
 }
 
-/// A command of a study.
-///
-/// Example: [`StudyFile`].
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Step {
+/// A command of a study file.
+#[derive(Debug)]
+pub struct Step<T> {
     /// Its name: of its folder, or of the figure's file.
     pub name: String,
-    /// The words that one would type after `supple`.
-    pub words: Vec<String>,
-    /// What they make, as seen from the folder of the study.
+    /// What it asks for.
+    pub command: T,
+    /// What it makes, as seen from the folder of the study.
     pub output: String,
-    /// What the words are about in the file, for errors.
-    place: (&'static str, usize),
+    /// Where it is in the file.
+    place: At,
 }
 
-/// Commands that a step may run.
-const COMMANDS: [&str; 8] = ["bound", "design", "evaluate", "pareto", "robustness", "sensors", "sweep", "trace"];
-
-/// The page that a study ends in.
-pub const REPORT: &str = "report.html";
+/// The list in a study file and the index in it.
+type At = (&'static str, usize);
 
 /// The folder of figures in that of a study.
 const FIGURES: &str = "figures";
@@ -120,8 +121,7 @@ impl StudyFile {
     /// Reads a study file, whose results will go to the folder `out`.
     ///
     /// # Errors
-    /// Where the file cannot be read or anything in it is wrong; whether the options are those of the commands is for
-    /// the command line to say.
+    /// Where the file cannot be read or anything in it is wrong.
     pub fn load(path: &Path, out: &Path) -> Result<Self, FileError> {
         let (name, text) = (path.display().to_string(), read_text(path)?);
         let document = parse_document(&text, &name)?;
@@ -133,20 +133,33 @@ impl StudyFile {
         let steps = top.steps.into_iter().enumerate().map(|(index, keys)| reading.step(index, keys));
         let steps = steps.collect::<Result<Vec<_>, _>>()?;
         reading.check_names(&steps)?;
-        let figures = top.figures.into_iter().enumerate().map(|(index, keys)| reading.figure(index, keys, &steps));
+        let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
+        let figures = top.figures.into_iter().enumerate().map(|(index, keys)| reading.figure(index, keys, &names));
         let figures = figures.collect::<Result<Vec<_>, _>>()?;
         reading.check_names(&figures)?;
-        let source = crate::Source { path: name.clone(), text: text.clone() };
+        let source = Source { path: name.clone(), text: text.clone() };
         Ok(Self { title: top.title, steps, figures, source })
     }
 
-    /// An error about a step or figure, such as an option that its command does not have.
-    pub fn error(&self, step: &Step, message: impl Into<String>) -> FileError {
-        match parse_document(&self.source.text, &self.source.path) {
-            Ok(document) => document.error(&[step.place.0.into(), step.place.1.into()], message),
-            Err(error) => error,
+    /// An error about a step: at the key of the option with which the message begins, or else at the whole step.
+    pub fn error<T>(&self, step: &Step<T>, message: &str) -> FileError {
+        let document = match parse_document(&self.source.text, &self.source.path) {
+            Ok(document) => document,
+            Err(error) => return error,
+        };
+        let (list, index) = step.place;
+        let option = message.split_once(' ').and_then(|(option, told)| Some((key_of(option)?, told)));
+        match option {
+            Some((key, told)) => document.error(&[list.into(), index.into(), Place::Key(&key)], told),
+            None => document.error(&[list.into(), index.into()], message),
         }
     }
+}
+
+/// The key that stands for an option: `time_step` for `--time-step <DT>`.
+fn key_of(option: &str) -> Option<String> {
+    let name = option.strip_prefix("--")?.split([' ', '=', ':']).next()?;
+    Some(name.replace('-', "_"))
 }
 
 /// What reading steps needs.
@@ -158,7 +171,7 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    fn step(&self, index: usize, mut keys: BTreeMap<String, Words>) -> Result<Step, FileError> {
+    fn step(&self, index: usize, mut keys: BTreeMap<String, Words>) -> Result<Step<StudyCommand>, FileError> {
         let place = ("steps", index);
         let name = self.name(place, &mut keys)?;
         if name == FIGURES {
@@ -168,20 +181,28 @@ impl Reading<'_> {
                 format!("`{FIGURES}` is reserved for the figures folder; choose another name"),
             ));
         }
-        let command = self.one(place, "run", &mut keys)?;
-        if !COMMANDS.contains(&command.as_str()) {
-            let message = format!("must be one of {}; found `{command}`", supple_text::quoted(&COMMANDS));
-            let help = supple_text::nearest(&command, &COMMANDS);
+        let run = self.one(place, "run", &mut keys)?;
+        let studies = StudyCommand::augment_subcommands(clap::Command::new(""));
+        let studies: Vec<&str> = studies.get_subcommands().map(clap::Command::get_name).collect();
+        if !studies.contains(&run.as_str()) {
+            let message = format!("must be one of {}; found `{run}`", supple_text::quoted(&studies));
+            let help = supple_text::nearest(&run, &studies);
             return Err(FileError { help, ..self.error(place, "run", message) });
         }
         let task = self.one(place, "task", &mut keys)?;
-        let mut words = vec![command, tidy(&self.folder.join(task))];
-        self.options(place, keys, &mut words)?;
-        words.extend(["--out".to_owned(), tidy(&self.out.join(&name))]);
-        Ok(Step { output: name.clone(), name, words, place })
+        let words = vec![run, tidy(&self.folder.join(task))];
+        match self.command(place, words, keys, &name)? {
+            Command::Study(command) => Ok(Step { output: name.clone(), name, command, place }),
+            _ => Err(self.error(place, "run", "is not a study".to_owned())),
+        }
     }
 
-    fn figure(&self, index: usize, mut keys: BTreeMap<String, Words>, steps: &[Step]) -> Result<Step, FileError> {
+    fn figure(
+        &self,
+        index: usize,
+        mut keys: BTreeMap<String, Words>,
+        steps: &[&str],
+    ) -> Result<Step<PlotOptions>, FileError> {
         let place = ("figures", index);
         let name = self.name(place, &mut keys)?;
         let from = match keys.remove("from") {
@@ -190,10 +211,9 @@ impl Reading<'_> {
         };
         let mut words = vec!["plot".to_owned()];
         for step in &from {
-            let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
-            if !names.contains(&step.as_str()) {
-                let message = format!("there is no step `{step}`; valid steps: {}", supple_text::quoted(&names));
-                let help = supple_text::nearest(step, &names);
+            if !steps.contains(&step.as_str()) {
+                let message = format!("there is no step `{step}`; valid steps: {}", supple_text::quoted(steps));
+                let help = supple_text::nearest(step, steps);
                 return Err(FileError { help, ..self.error(place, "from", message) });
             }
             words.push(tidy(&self.out.join(step)));
@@ -202,14 +222,60 @@ impl Reading<'_> {
             Some(Words::List(list)) => list.first().cloned().unwrap_or_default(),
             _ => "svg".to_owned(),
         };
-        self.options(place, keys, &mut words)?;
         let output = format!("{FIGURES}/{name}.{format}");
-        words.extend(["--out".to_owned(), tidy(&self.out.join(&output))]);
-        Ok(Step { name, words, output, place })
+        match self.command(place, words, keys, &output)? {
+            Command::Plot(command) => Ok(Step { name, command, output, place }),
+            _ => Err(self.error(place, "figure", "is not a figure".to_owned())),
+        }
+    }
+
+    /// The command of some words with all other keys as its options.
+    fn command(
+        &self,
+        place: At,
+        mut words: Vec<String>,
+        keys: BTreeMap<String, Words>,
+        output: &str,
+    ) -> Result<Command, FileError> {
+        self.options(place, keys, &mut words)?;
+        words.extend(["--out".to_owned(), tidy(&self.out.join(output))]);
+        let run = words[0].clone();
+        let words = ["supple".to_owned()].into_iter().chain(words);
+        Arguments::of_words(words).map(|arguments| arguments.command).map_err(|error| self.refused(place, &run, &error))
+    }
+
+    /// An option that the command refuses, told by its key.
+    fn refused(&self, place: At, command: &str, error: &clap::Error) -> FileError {
+        let context = |kind| error.get(kind).map(ToString::to_string);
+        let key = context(ContextKind::InvalidArg).and_then(|option| key_of(&option));
+        let found = context(ContextKind::InvalidValue).unwrap_or_default();
+        let told = std::error::Error::source(error).map(ToString::to_string);
+        match (error.kind(), key, told) {
+            (ErrorKind::UnknownArgument, Some(key), _) => {
+                let near = context(ContextKind::SuggestedArg).and_then(|option| key_of(&option));
+                let help = near.map(|near| format!("did you mean `{near}`?"));
+                FileError { help, ..self.error(place, &key, format!("`supple {command}` has no such option")) }
+            }
+            (ErrorKind::MissingRequiredArgument, Some(key), _) => self.error(place, &key, "is missing".to_owned()),
+            (ErrorKind::ValueValidation, Some(key), Some(told)) => self.error(place, &key, told),
+            (ErrorKind::InvalidValue, Some(key), _) if found.is_empty() => {
+                self.error(place, &key, "needs a value, not true or false".to_owned())
+            }
+            (ErrorKind::InvalidValue, Some(key), _) => {
+                let valid = context(ContextKind::ValidValue).unwrap_or_default();
+                self.error(place, &key, format!("must be one of {valid}; found `{found}`"))
+            }
+            (_, key, _) => {
+                // The first line says what is wrong; the rest is help on the command line.
+                let text = error.to_string();
+                let told = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+                self.error(place, key.as_deref().unwrap_or("run"), told)
+            }
+        }
     }
 
     /// Every step needs a name of its own.
-    fn check_names(&self, list: &[Step]) -> Result<(), FileError> {
+    fn check_names<T>(&self, list: &[Step<T>]) -> Result<(), FileError> {
         for (index, step) in list.iter().enumerate() {
             if list[..index].iter().any(|other| other.name == step.name) {
                 let message = format!("the name `{}` occurs twice; names must be unique", step.name);
@@ -220,7 +286,7 @@ impl Reading<'_> {
     }
 
     /// The key `name`: a valid folder name on every system.
-    fn name(&self, place: (&'static str, usize), keys: &mut BTreeMap<String, Words>) -> Result<String, FileError> {
+    fn name(&self, place: At, keys: &mut BTreeMap<String, Words>) -> Result<String, FileError> {
         let name = self.one(place, "name", keys)?;
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
         if name.is_empty() || name.len() > 64 || !name.chars().all(plain) {
@@ -231,12 +297,7 @@ impl Reading<'_> {
     }
 
     /// A key with one word, which must be there.
-    fn one(
-        &self,
-        place: (&'static str, usize),
-        key: &'static str,
-        keys: &mut BTreeMap<String, Words>,
-    ) -> Result<String, FileError> {
+    fn one(&self, place: At, key: &'static str, keys: &mut BTreeMap<String, Words>) -> Result<String, FileError> {
         match keys.remove(key) {
             Some(Words::List(list)) if list.len() == 1 => Ok(list.into_iter().collect()),
             Some(_) => Err(self.error(place, key, "must be one text".to_owned())),
@@ -245,12 +306,7 @@ impl Reading<'_> {
     }
 
     /// All other keys as options.
-    fn options(
-        &self,
-        place: (&'static str, usize),
-        keys: BTreeMap<String, Words>,
-        words: &mut Vec<String>,
-    ) -> Result<(), FileError> {
+    fn options(&self, place: At, keys: BTreeMap<String, Words>, words: &mut Vec<String>) -> Result<(), FileError> {
         for (key, value) in keys {
             if matches!(key.as_str(), "out" | "json" | "help" | "version" | "threads" | "instructions") {
                 let message =
@@ -268,7 +324,7 @@ impl Reading<'_> {
         Ok(())
     }
 
-    fn error(&self, (list, index): (&'static str, usize), key: &str, message: String) -> FileError {
+    fn error(&self, (list, index): At, key: &str, message: String) -> FileError {
         self.document.error(&[list.into(), index.into(), Place::Key(key)], message)
     }
 }
