@@ -106,8 +106,8 @@ fn an_option_that_a_command_has_not_is_found_before_anything_runs() {
     let error = folder.run(&["study", "study.toml"]);
     let error = error.error();
     assert!(
-        error.starts_with("error: study.toml:15:")
-            && error.contains("steps[0].rolouts: `supple evaluate` has no such option"),
+        error.starts_with("error: study.toml:19:")
+            && error.contains("steps[2].rolouts: `supple evaluate` has no such option"),
         "{error}"
     );
     assert_eq!(folder.names(), ["study.toml", "task.toml"], "nothing was made");
@@ -121,7 +121,7 @@ fn options_that_do_not_fit_the_task_are_found_before_anything_runs() {
             "k1=log:20:1200:5",
             "steps[1].grid: k1=log:20:1200:5: 154.91933384829667 is outside the bounds",
         ),
-        ("rollouts = 2", "set = \"k3=1\"", "steps[0].set: k3=1: "),
+        ("rollouts = 2", "set = \"k3=1\"", "steps[2].set: k3=1: "),
         ("rollouts = 2", "threads = 1", "is an option of `supple study`, not of a step"),
         ("task = \"task.toml\"\ngrid", "task = \"tusk.toml\"\ngrid", "tusk.toml: "),
     ] {

@@ -13,8 +13,8 @@ use supple::lqg::{Belief, kalman};
 use supple::lqg::{Information, information};
 use supple::lqg::{Policy, Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
-use supple::plan::{PlanSettings, rollout};
-use supple::system::Curvature;
+use supple::plan::PlanSettings;
+use supple::system::{Curvature, RollOut};
 use supple::{EvaluateOptions, Level, Problem, Scratch};
 
 fn file() -> PathBuf {
@@ -48,7 +48,12 @@ fn integrators(c: &mut Criterion) {
                 let at = black_box(&trajectory).points();
                 knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
                 solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
-                rollout(system, &phi, &trajectory, (&policy, 1.0), &mut candidate, &mut scratch)
+                system.roll_out(
+                    RollOut::Law { reference: &trajectory, policy: &policy, step: 1.0, bounds: None },
+                    &phi,
+                    &mut candidate,
+                    &mut scratch,
+                )
             });
         });
     }
@@ -85,14 +90,26 @@ fn parts(c: &mut Criterion) {
             });
         });
         group.bench_function("rollout", |b| {
-            b.iter(|| rollout(system, &phi, black_box(&trajectory), (&policy, 1.0), &mut candidate, &mut scratch));
+            b.iter(|| {
+                system.roll_out(
+                    RollOut::Law { reference: black_box(&trajectory), policy: &policy, step: 1.0, bounds: None },
+                    &phi,
+                    &mut candidate,
+                    &mut scratch,
+                )
+            });
         });
         group.bench_function("iteration", |b| {
             b.iter(|| {
                 let at = black_box(&trajectory).points();
                 knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
                 solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
-                rollout(system, &phi, &trajectory, (&policy, 1.0), &mut candidate, &mut scratch)
+                system.roll_out(
+                    RollOut::Law { reference: &trajectory, policy: &policy, step: 1.0, bounds: None },
+                    &phi,
+                    &mut candidate,
+                    &mut scratch,
+                )
             });
         });
         group.bench_function("kalman_and_information", |b| {

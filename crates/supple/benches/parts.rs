@@ -12,8 +12,8 @@ use supple::lqg::{
     Belief, Information, Policy, Regularisation, control_information, information, kalman, solve_riccati,
 };
 use supple::pipeline::TaskState;
-use supple::plan::{PlanSettings, rollout};
-use supple::system::Curvature;
+use supple::plan::PlanSettings;
+use supple::system::{Curvature, RollOut};
 use supple::{EvaluateOptions, Linearise, Scratch};
 
 #[path = "../../supple-lqg/benches/common/timing.rs"]
@@ -59,13 +59,23 @@ fn main() {
             solve_riccati(&knots.dynamics, cost, Regularisation::default(), &mut policy).unwrap();
         });
         time("rollout", seconds, || {
-            rollout(system, &phi, black_box(&trajectory), (&policy, 1.0), &mut candidate, &mut scratch);
+            system.roll_out(
+                RollOut::Law { reference: black_box(&trajectory), policy: &policy, step: 1.0, bounds: None },
+                &phi,
+                &mut candidate,
+                &mut scratch,
+            );
         });
         time("iteration", seconds, || {
             let at = black_box(&trajectory).points();
             knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
             solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
-            rollout(system, &phi, &trajectory, (&policy, 1.0), &mut candidate, &mut scratch);
+            system.roll_out(
+                RollOut::Law { reference: &trajectory, policy: &policy, step: 1.0, bounds: None },
+                &phi,
+                &mut candidate,
+                &mut scratch,
+            );
         });
         time("kalman_and_information", seconds, || {
             kalman(black_box(&state.plan.knots), &state.noise, &mut belief).unwrap();

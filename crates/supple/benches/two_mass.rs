@@ -15,8 +15,8 @@ use supple::lqg::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
 use supple::lqg::{Information, information};
 use supple::lqg::{Policy, Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
-use supple::plan::{PlanSettings, rollout};
-use supple::system::{Adjoints, Curvature};
+use supple::plan::PlanSettings;
+use supple::system::{Adjoints, Curvature, RollOut};
 use supple::{EvaluateOptions, Level, Problem, Scratch, Trajectory};
 
 fn load(name: &str) -> Problem {
@@ -47,13 +47,25 @@ fn iteration(c: &mut Criterion) {
         });
     });
     group.bench_function("rollout", |b| {
-        b.iter(|| rollout(system, &phi, black_box(trajectory), (&policy, 1.0), &mut candidate, &mut scratch));
+        b.iter(|| {
+            system.roll_out(
+                RollOut::Law { reference: black_box(trajectory), policy: &policy, step: 1.0, bounds: None },
+                &phi,
+                &mut candidate,
+                &mut scratch,
+            )
+        });
     });
     group.bench_function("ilqg_iteration", |b| {
         b.iter(|| {
             knots.linearise_plan(system, black_box(trajectory).points(), &phi, Curvature::GaussNewton, &mut scratch);
             solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
-            rollout(system, &phi, trajectory, (&policy, 1.0), &mut candidate, &mut scratch)
+            system.roll_out(
+                RollOut::Law { reference: trajectory, policy: &policy, step: 1.0, bounds: None },
+                &phi,
+                &mut candidate,
+                &mut scratch,
+            )
         });
     });
     // Linearisation, belief, information and its gradient by the parameters along a fixed trajectory.

@@ -11,7 +11,7 @@ use crate::gradient::Functional;
 use crate::horizon::horizon_of_plan;
 use crate::pipeline::TaskState;
 use crate::plan::Plan;
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 use crate::settings::InformationWeights;
 
 /// Smallest budget for needed information, as a share of the plan's estimation-error cost; used if the limit leaves less.
@@ -82,7 +82,7 @@ pub fn weighted_information(
     out: &mut Vec<f64>,
 ) -> Result<f64, Error> {
     let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
-    information_within((task, phi), (weights, limit.as_ref()), state, out)
+    information_within(task.at(phi), (weights, limit.as_ref()), state, out)
 }
 
 /// Like [`weighted_information`], but with the given limit.
@@ -90,7 +90,7 @@ pub fn weighted_information(
 /// # Errors
 /// Same as for [`weighted_information`].
 pub(crate) fn information_within(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     (weights, limit): (InformationWeights, Option<&Limit>),
     state: &mut TaskState,
     out: &mut Vec<f64>,
@@ -142,7 +142,7 @@ pub(crate) fn information_within(
 /// # Errors
 /// If no least-cost control law exists along the plan, or the plan is not a strict local optimum.
 pub(crate) fn cost_without_measurements(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     state: &mut TaskState,
     out: &mut Vec<f64>,
 ) -> Result<f64, Error> {

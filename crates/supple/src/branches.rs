@@ -10,7 +10,7 @@ use crate::Error;
 use crate::continuation::{Failed, Scaling, continue_plan};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
-use crate::plan::{Patience, Plan};
+use crate::plan::{Asked, Patience, Plan};
 use crate::problem::{Problem, Task};
 
 /// Factors by which a constant first guess is scaled when searching for the plan of least cost.
@@ -117,7 +117,11 @@ impl Candidates {
             self.error.get_or_insert(stopped);
             return;
         }
-        if let Err(error) = state.plan_with((task, phi), (&problem.planning, start.patience), start.controls) {
+        if let Err(error) = state.plan_with(
+            task.at(phi),
+            Asked { settings: &problem.planning, patience: start.patience },
+            start.controls,
+        ) {
             self.error.get_or_insert(error);
             return;
         }

@@ -55,9 +55,10 @@ use crate::gradient::{
     total_gradient,
 };
 use crate::plan::{
-    Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, has_to_approach, plan_risk, search,
+    Asked, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, has_to_approach, plan_risk,
+    search,
 };
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 use crate::sampled_plan::plan_sampled;
 
 /// All results for one task at one design, and the workspace to compute them.
@@ -151,7 +152,7 @@ impl TaskState {
     ) -> Option<(Matrices, usize)> {
         self.forget();
         task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
-        let found = approach((task, phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
+        let found = approach(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
     }
@@ -168,7 +169,7 @@ impl TaskState {
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
         task.write_guess(phi, controls, &mut self.plan.trajectory);
-        self.plan_from_guess((task, phi), (settings, Patience::Full))
+        self.plan_from_guess(task.at(phi), Asked { settings: settings, patience: Patience::Full })
     }
 
     /// Like [`plan_only`](Self::plan_only) from given controls, with the given patience.
@@ -177,42 +178,44 @@ impl TaskState {
     /// Where something is not finite.
     pub(crate) fn plan_with(
         &mut self,
-        (task, phi): (&Task, &[f64]),
-        how: (&PlanSettings, Patience),
+        TaskAt { task, phi }: TaskAt,
+        asked: Asked,
         controls: &Matrices,
     ) -> Result<(), Error> {
         task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
-        self.plan_from_guess((task, phi), how)
+        self.plan_from_guess(task.at(phi), asked)
     }
 
-    fn plan_from_guess(&mut self, at: (&Task, &[f64]), how: (&PlanSettings, Patience)) -> Result<(), Error> {
+    fn plan_from_guess(&mut self, at: TaskAt, asked: Asked) -> Result<(), Error> {
         self.forget();
-        let planned = self.plan_in_mode(at, how);
+        let planned = self.plan_in_mode(at, asked);
         self.effort += self.plan.iterations;
         planned
     }
 
-    fn plan_in_mode(&mut self, (task, phi): (&Task, &[f64]), how: (&PlanSettings, Patience)) -> Result<(), Error> {
-        let settings = how.0;
+    fn plan_in_mode(&mut self, TaskAt { task, phi }: TaskAt, asked: Asked) -> Result<(), Error> {
+        let settings = asked.settings;
         check_limits(task, settings.plan)?;
         match settings.plan {
-            PlanMode::Nominal => search(task.nominal(phi), how, &mut self.plan, &mut self.plan_work, &mut self.scratch),
+            PlanMode::Nominal => {
+                search(task.nominal(phi), asked, &mut self.plan, &mut self.plan_work, &mut self.scratch)
+            }
             PlanMode::Sampled => {
                 task.noise.resolve(phi, &mut self.noise)?;
-                plan_sampled((task, phi), &self.noise, settings, &mut self.plan, &mut self.scratch)
+                plan_sampled(task.at(phi), &self.noise, settings, &mut self.plan, &mut self.scratch)
             }
             PlanMode::Belief => {
                 let Self { plan: found, plan_work, memory, scratch, .. } = self;
                 let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
                 let first = found.trajectory.controls.clone();
-                search(task.nominal(phi), how, found, plan_work, scratch)?;
-                plan_belief((task, phi), &first, (settings, plan_work.deadline), found, memory, scratch);
+                search(task.nominal(phi), asked, found, plan_work, scratch)?;
+                plan_belief(task.at(phi), &first, (settings, plan_work.deadline), found, memory, scratch);
                 Ok(())
             }
             PlanMode::Risk => {
                 let Self { plan: found, plan_work, scratch, .. } = self;
-                search(task.nominal(phi), how, found, plan_work, scratch)?;
-                plan_risk((task, phi), (settings, plan_work.deadline), found, scratch)
+                search(task.nominal(phi), asked, found, plan_work, scratch)?;
+                plan_risk(task.at(phi), (settings, plan_work.deadline), found, scratch)
             }
         }
     }
@@ -331,7 +334,7 @@ impl TaskState {
     ) -> Result<(), Error> {
         let Self { plan, memory, scratch, .. } = self;
         let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
-        belief_plan_gradient((task, phi), plan, quantity, memory, scratch, out)
+        belief_plan_gradient(task.at(phi), plan, quantity, memory, scratch, out)
     }
 
     /// Gradients of the directed information at the evaluated design with the trajectory held fixed: through what

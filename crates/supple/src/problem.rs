@@ -277,6 +277,14 @@ pub struct NominalProblem<'a> {
     pub bounds: Option<&'a ControlBounds>,
 }
 
+/// A task at values of the parameters.
+#[derive(Clone, Copy)]
+pub(crate) struct TaskAt<'a> {
+    pub task: &'a Task,
+    /// Values of the parameters.
+    pub phi: &'a [f64],
+}
+
 /// One task: a system with its costs, start, noise and bound.
 ///
 /// Example: [`Problem::new`].
@@ -306,6 +314,11 @@ pub struct Task {
 }
 
 impl Task {
+    /// This task at values of the parameters.
+    pub(crate) fn at<'a>(&'a self, phi: &'a [f64]) -> TaskAt<'a> {
+        TaskAt { task: self, phi }
+    }
+
     /// A task of `steps` steps of length `time_step`, s, starting from state 0, without limits; its first guess is the
     /// controls that hold this state.
     #[must_use]

@@ -5,7 +5,7 @@ use supple_model::system::Curvature;
 
 use crate::Error;
 use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, finish, linearise, start, sweep};
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, Truth, World};
 
 /// Finds a plan as the paper does (theory, equation P.6): each iteration rolls out once with noise and an extended
@@ -23,7 +23,7 @@ use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, Truth, Worl
 /// # Errors
 /// Where something is not finite or a covariance is indefinite.
 pub(crate) fn plan_sampled(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     noise: &Noise,
     settings: &PlanSettings,
     plan: &mut Plan,

@@ -5,7 +5,7 @@ use super::hessian::Around;
 use crate::Error;
 use crate::gradient::{Quantity, slope_by_controls};
 use crate::plan::{Found, Goal, Plan, Solved};
-use crate::problem::Task;
+use crate::problem::TaskAt;
 
 /// Relative residual of the linear solve, and maximum number of products with the Hessian.
 const RESIDUAL: f64 = 1e-9;
@@ -26,7 +26,7 @@ const PRODUCTS: usize = 2000;
 /// # Errors
 /// If the plan is not a strict local minimum of the expected cost, or the solve does not converge.
 pub(crate) fn belief_plan_gradient(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     plan: &Plan,
     quantity: Quantity,
     memory: &mut Memory,
@@ -37,7 +37,7 @@ pub(crate) fn belief_plan_gradient(
     centre.plan.trajectory.clone_from(&plan.trajectory);
     centre.plan.nominal_cost = plan.nominal_cost;
     centre.assess(task, phi, scratch)?;
-    hessian.prepare((task, phi), centre, (&plan.costates, 0.0), scratch)?;
+    hessian.prepare(task.at(phi), centre, (&plan.costates, 0.0), scratch)?;
     let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
     let feedback: Matrices = hessian.law.feedback.clone();
     let along = centre.gradient(task, phi);

@@ -2,13 +2,13 @@ use supple_kernels::{Matrices, Scratch, rows};
 use supple_lqg::Dimensions;
 use supple_lqg::solve_column;
 use supple_lqg::{Lq, Policy, Regularisation, solve_limited};
-use supple_model::system::Curvature;
+use supple_model::system::{Curvature, RollOut};
 
 use super::point::Point;
 use crate::Error;
 use crate::gradient::{GradientWorkspace, Quantity, slope_by_controls};
 use crate::plan::{Found, Goal, Operator, Solved, conjugate_gradients};
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 
 /// Steps of finite differences, relative to the size of the controls.
 const DIFFERENCE: f64 = 1e-5;
@@ -62,7 +62,7 @@ impl Hessian {
     /// Where neither is positive definite.
     pub fn prepare(
         &mut self,
-        (task, phi): (&Task, &[f64]),
+        TaskAt { task, phi }: TaskAt,
         centre: &Point,
         (costates, shift): (&Matrices, f64),
         scratch: &mut Scratch,
@@ -144,8 +144,9 @@ impl Hessian {
         let mut sides = [Vec::new(), Vec::new()];
         for (side, sign) in sides.iter_mut().zip([1.0, -1.0]) {
             self.set(v, sign * step);
-            let from = &around.centre.plan.trajectory;
-            around.trial.follow((around.task, around.phi), from, (&self.law, 1.0), around.scratch)?;
+            let reference = &around.centre.plan.trajectory;
+            let law = RollOut::Law { reference, policy: &self.law, step: 1.0, bounds: None };
+            around.trial.follow(around.task.at(around.phi), law, around.scratch)?;
             *side = at(self, around);
         }
         let [up, down] = &sides;

@@ -18,7 +18,7 @@ pub(crate) use gradient::belief_plan_gradient;
 pub(crate) use search::Memory;
 
 use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, is_over};
-use crate::problem::Task;
+use crate::problem::TaskAt;
 use search::Search;
 
 /// Number of cosine waves in a perturbed guess; the slowest has half a period over the task.
@@ -28,7 +28,7 @@ const WAVES: usize = 4;
 /// or from `controls`, the first guess of that search, if they cost less (as the controls of a belief-space plan
 /// of a nearby design may); and from random perturbations of the nominal plan, whose number is in the settings.
 pub(crate) fn plan_belief(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     controls: &Matrices,
     (settings, deadline): (&PlanSettings, Option<Instant>),
     plan: &mut Plan,

@@ -1,16 +1,13 @@
 use supple_kernels::{Matrices, Scratch, rows};
-use supple_lqg::Noise;
-use supple_lqg::{Belief, kalman};
-use supple_lqg::{Policy, Regularisation, solve_riccati};
-use supple_model::Trajectory;
-use supple_model::system::Curvature;
+use supple_lqg::{Belief, Noise, Regularisation, kalman, solve_riccati};
+use supple_model::system::{Curvature, RollOut};
 
 use crate::Error;
 use crate::cost_parts::cost_parts;
 use crate::gradient::TotalGradient;
 use crate::knots::Linearise;
-use crate::plan::{Plan, rollout, simulate_controls};
-use crate::problem::Task;
+use crate::plan::Plan;
+use crate::problem::{Task, TaskAt};
 
 /// One trajectory, with all quantities on which its expected cost depends.
 #[derive(Clone, Debug)]
@@ -36,7 +33,7 @@ impl Point {
     /// # Errors
     /// If it has no finite expected cost.
     pub fn simulate(&mut self, task: &Task, phi: &[f64], scratch: &mut Scratch) -> Result<(), Error> {
-        self.plan.nominal_cost = simulate_controls(&*task.system, phi, &mut self.plan.trajectory, scratch);
+        self.plan.nominal_cost = task.system.roll_out(RollOut::Controls, phi, &mut self.plan.trajectory, scratch);
         self.assess(task, phi, scratch)
     }
 
@@ -44,15 +41,9 @@ impl Point {
     ///
     /// # Errors
     /// Where it has no finite expected cost.
-    pub fn follow(
-        &mut self,
-        (task, phi): (&Task, &[f64]),
-        reference: &Trajectory,
-        law: (&Policy, f64),
-        scratch: &mut Scratch,
-    ) -> Result<(), Error> {
+    pub fn follow(&mut self, TaskAt { task, phi }: TaskAt, law: RollOut, scratch: &mut Scratch) -> Result<(), Error> {
         let to = &mut self.plan.trajectory;
-        self.plan.nominal_cost = rollout(&*task.system, phi, reference, law, to, scratch);
+        self.plan.nominal_cost = task.system.roll_out(law, phi, to, scratch);
         self.assess(task, phi, scratch)
     }
 

@@ -1,6 +1,7 @@
 use std::time::Instant;
 use supple_kernels::{Scratch, rows};
 use supple_lqg::{Regularisation, solve_riccati};
+use supple_model::system::RollOut;
 
 use super::hessian::{Around, Hessian};
 use super::point::Point;
@@ -90,7 +91,7 @@ impl Descent for Search<'_> {
         let Self { task, phi, memory, scratch, .. } = self;
         let Memory { centre, trial, hessian, gradient } = &mut **memory;
         let failed = |_| PlanStatus::LineSearchStalled;
-        hessian.prepare((task, phi), centre, (&centre.plan.costates, shift), scratch).map_err(failed)?;
+        hessian.prepare(task.at(phi), centre, (&centre.plan.costates, shift), scratch).map_err(failed)?;
         let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
         let feedback = Some(&hessian.law.feedback);
         let work = (&mut *gradient, &mut **scratch);
@@ -108,8 +109,8 @@ impl Descent for Search<'_> {
 
     fn try_share(&mut self, share: f64) -> f64 {
         let Memory { centre, trial, hessian, .. } = &mut *self.memory;
-        let law = (&hessian.law, share);
-        let assessed = trial.follow((self.task, self.phi), &centre.plan.trajectory, law, self.scratch);
+        let law = RollOut::Law { reference: &centre.plan.trajectory, policy: &hessian.law, step: share, bounds: None };
+        let assessed = trial.follow(self.task.at(self.phi), law, self.scratch);
         assessed.map_or(f64::INFINITY, |()| trial.plan.objective)
     }
 

@@ -20,7 +20,7 @@ use crate::gradient::{FrozenGradient, Functional};
 use crate::knots::Linearise;
 use crate::pipeline::TaskState;
 use crate::plan::PlanSettings;
-use crate::problem::{Problem, Task};
+use crate::problem::{Problem, Task, TaskAt};
 use crate::settings::InformationWeights;
 
 const TOLERANCE: f64 = 1e-5;
@@ -154,7 +154,7 @@ impl ComparedGradients {
         let differences = differences(problem, phi, LONGEST_PLANNED, || {
             let mut again = TaskState::new(task);
             let (controls, planning) = (&controls, &planning);
-            move |phi: &[f64]| planned_values((task, phi), planning, controls, &mut again)
+            move |phi: &[f64]| planned_values(task.at(phi), planning, controls, &mut again)
         });
         self.take(gradients, differences);
         Ok(())
@@ -215,7 +215,7 @@ fn frozen_values(task: &Task, phi: &[f64], state: &TaskState, scratch: &mut Scra
 
 /// Information and the parts of the cost at a design, after planning it again from given controls.
 fn planned_values(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     planning: &PlanSettings,
     controls: &Matrices,
     state: &mut TaskState,

@@ -40,7 +40,8 @@ fn task_visit(
     let mut information = state.information.total;
     match kind {
         GradientKind::Total => {
-            information = information_within((task, phi), (weights, bound.as_ref()), state, &mut information_gradient)?;
+            information =
+                information_within(task.at(phi), (weights, bound.as_ref()), state, &mut information_gradient)?;
             state.cost_gradient(task, phi, &mut cost_gradient)?;
         }
         GradientKind::Frozen => {
@@ -53,7 +54,7 @@ fn task_visit(
     let mut unmeasured = None;
     if needs_nothing && bound.is_some() && kind == GradientKind::Total {
         let mut gradient = Vec::new();
-        let cost = cost_without_measurements((task, phi), state, &mut gradient)?;
+        let cost = cost_without_measurements(task.at(phi), state, &mut gradient)?;
         unmeasured = Some((cost, gradient));
     }
     Ok(TaskVisit {

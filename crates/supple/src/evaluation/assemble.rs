@@ -10,7 +10,7 @@ use super::sensing::measurements;
 use crate::Error;
 use crate::film::film;
 use crate::pipeline::TaskState;
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 use crate::simulate::{sample, sample_number};
 
 pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostReport {
@@ -51,7 +51,7 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
 /// Adds the minimum information over a plan's horizon, or why it was not found: for plans that are not optima, or if
 /// rounding prevents it. It is also skipped if it would take long, unless it is part of the objective.
 pub(super) fn add_needed(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     counts: bool,
     horizon: &Horizon,
     state: &mut TaskState,

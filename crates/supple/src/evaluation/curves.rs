@@ -5,7 +5,7 @@ use supple_model::followed::FollowedNumber;
 use supple_model::limits::{LimitViolation, violations};
 use supple_model::{ContactState, Trajectory};
 
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 use crate::simulate::Sample;
 use crate::touching::contacts_along;
 
@@ -100,7 +100,7 @@ pub(super) fn quantity_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: 
     let planned = along_plan(task, phi, plan, &numbers);
     let states: Vec<&[f64]> = run.states.iter().map(Vec::as_slice).collect();
     let controls: Vec<&[f64]> = run.controls.iter().map(Vec::as_slice).collect();
-    let ran = follow((task, phi), (&states, &controls), &numbers);
+    let ran = follow(task.at(phi), (&states, &controls), &numbers);
     let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
     let curve = |((number, values), run_values): ((FollowedNumber, Vec<f64>), Vec<f64>)| QuantityCurve {
         name: number.channel.name,
@@ -118,12 +118,12 @@ pub(super) fn quantity_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: 
 fn along_plan(task: &Task, phi: &[f64], plan: &Trajectory, numbers: &[FollowedNumber]) -> Vec<Vec<f64>> {
     let states: Vec<&[f64]> = (0..plan.states.count()).map(|step| plan.states.vector(step)).collect();
     let controls: Vec<&[f64]> = (0..plan.controls.count()).map(|step| plan.controls.vector(step)).collect();
-    follow((task, phi), (&states, &controls), numbers)
+    follow(task.at(phi), (&states, &controls), numbers)
 }
 
 /// Each quantity over time; without the final state if it depends on the control.
 fn follow(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     (states, controls): (&[&[f64]], &[&[f64]]),
     numbers: &[FollowedNumber],
 ) -> Vec<Vec<f64>> {

@@ -14,7 +14,7 @@ use crate::growth::stability;
 use crate::horizon::DespiteRounding;
 use crate::pipeline::TaskState;
 use crate::plan::VALID_STATIONARITY;
-use crate::problem::{Problem, Task, check_count, check_rollouts};
+use crate::problem::{Problem, Task, TaskAt, check_count, check_rollouts};
 use crate::settings::InformationWeights;
 use crate::simulate::{MonteCarlo, Rollouts, World, monte_carlo, on_finer_steps};
 use crate::touching::{contact_reports, contact_warnings};
@@ -135,7 +135,7 @@ fn evaluate_task(
     Error::check_stop()?;
     let gradient = gradients(problem, task, phi, options, state)?;
     Error::check_stop()?;
-    let monte_carlo = sampled((task, phi), options, state)?;
+    let monte_carlo = sampled(task.at(phi), options, state)?;
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let known = &*state;
     let told = || information_report(task, phi, known);
@@ -147,7 +147,7 @@ fn evaluate_task(
     if options.needed || counts {
         let DespiteRounding { horizon, remark } = DespiteRounding::of(&state.plan, &state.noise);
         if let Some(horizon) = horizon {
-            add_needed((task, phi), counts, &horizon, state, &mut information);
+            add_needed(task.at(phi), counts, &horizon, state, &mut information);
         }
         law_remark = remark;
     }
@@ -173,9 +173,9 @@ fn evaluate_task(
         cost_curvature: state.plan.curvature,
         belief_repairs: state.belief.repairs,
         branches,
-        limits_violated: violations((task, phi), state),
+        limits_violated: violations(task.at(phi), state),
         limits_reached: limits_reached(task, phi, &state.plan),
-        warnings: warnings((task, phi), state, &contacts, monte_carlo.as_ref(), law_remark),
+        warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), law_remark),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
@@ -190,7 +190,7 @@ fn evaluate_task(
 
 /// Closed-loop roll-outs, where they are asked for.
 fn sampled(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     options: &EvaluateOptions,
     state: &TaskState,
 ) -> Result<Option<MonteCarlo>, Error> {
@@ -206,7 +206,7 @@ fn sampled(
 
 /// Limits of states, controls and quantities that a plan violates. A limit of the robot's file that the task repeats
 /// counts once.
-fn violations((task, phi): (&Task, &[f64]), state: &TaskState) -> Vec<LimitViolation> {
+fn violations(TaskAt { task, phi }: TaskAt, state: &TaskState) -> Vec<LimitViolation> {
     let trajectory = &state.plan.trajectory;
     let mut all = limits_violated(&task.system.limits(), trajectory);
     for found in quantity_violations(task, phi, trajectory) {
@@ -220,7 +220,7 @@ fn violations((task, phi): (&Task, &[f64]), state: &TaskState) -> Vec<LimitViola
 
 /// Why the numbers of a task cannot be trusted.
 fn warnings(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     state: &TaskState,
     contacts: &[ContactReport],
     sampled: Option<&MonteCarlo>,

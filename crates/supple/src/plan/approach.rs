@@ -9,8 +9,8 @@ use supple_model::{ContactState, Trajectory};
 use super::descent::is_over;
 use super::kept::Kept;
 use super::nominal::search_free;
-use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace};
-use crate::problem::Task;
+use super::{Asked, NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace};
+use crate::problem::{Task, TaskAt};
 
 /// Maximum number of intermediate plans.
 const STAGES: usize = 40;
@@ -41,7 +41,7 @@ const COARSE_SPEED: f64 = 0.01;
 /// the plans before the last one have fewer and longer steps where the system endures them. `None` if
 /// there is nothing to approach, or no plan was found on the way. Also returns the total number of iterations.
 pub(crate) fn approach(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     settings: &PlanSettings,
     found: &mut Plan,
     work: &mut PlanWorkspace,
@@ -118,7 +118,7 @@ impl Approach<'_> {
                 kept.follow(problem, found, work, scratch);
             }
             let settings = if apart { self.settings } else { &loose };
-            let planned = search_free(problem, (settings, patience), found, work, scratch).is_ok();
+            let planned = search_free(problem, Asked { settings, patience }, found, work, scratch).is_ok();
             self.iterations += found.iterations;
             if !(planned && found.status.is_converged()) && friction.go_back() {
                 continue;
@@ -154,7 +154,14 @@ impl Approach<'_> {
         // Far from a plan, longer steps may lead elsewhere.
         let phi = self.parameters(0.0, SPEEDS[0], self.task.steps);
         let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
-        search_free(problem, (&self.loose(TOLERANCE), Patience::Full), found, work, scratch).ok()?;
+        search_free(
+            problem,
+            Asked { settings: &self.loose(TOLERANCE), patience: Patience::Full },
+            found,
+            work,
+            scratch,
+        )
+        .ok()?;
         self.iterations += found.iterations;
         let (guess, deadline) = (&found.trajectory, work.deadline);
         let loose = self.loose(COARSE_TOLERANCE);
@@ -169,7 +176,8 @@ impl Approach<'_> {
             let phi = self.parameters(0.0, COARSE_SPEED, steps);
             let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
             kept.over(steps).follow(problem, &mut plan, &mut work, scratch);
-            search_free(problem, (&loose, Patience::Close), &mut plan, &mut work, scratch).ok()?;
+            search_free(problem, Asked { settings: &loose, patience: Patience::Close }, &mut plan, &mut work, scratch)
+                .ok()?;
             self.iterations += plan.iterations;
             kept = Kept::of(&plan);
         }

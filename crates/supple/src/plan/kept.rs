@@ -3,8 +3,9 @@
 use supple_kernels::Scratch;
 use supple_lqg::{Dimensions, Policy};
 use supple_model::Trajectory;
+use supple_model::system::RollOut;
 
-use super::{NominalProblem, Plan, PlanWorkspace, rollout_within};
+use super::{NominalProblem, Plan, PlanWorkspace};
 
 /// The parts of a plan that are needed to follow it.
 pub(super) struct Kept {
@@ -39,8 +40,9 @@ impl Kept {
     /// Writes controls for a problem that differs little from that of this plan: those that track its trajectory with
     /// its feedback, or the plan's own controls if that fails.
     pub fn follow(&self, problem: NominalProblem, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) {
-        let around = (problem.system, problem.phi, problem.bounds);
-        let cost = rollout_within(around, &self.trajectory, (&self.policy, 0.0), &mut work.candidate, scratch);
+        let NominalProblem { system, phi, bounds } = problem;
+        let law = RollOut::Law { reference: &self.trajectory, policy: &self.policy, step: 0.0, bounds };
+        let cost = system.roll_out(law, phi, &mut work.candidate, scratch);
         let controls = if cost.is_finite() { &work.candidate.controls } else { &self.trajectory.controls };
         found.trajectory.controls.copy_from(controls);
     }

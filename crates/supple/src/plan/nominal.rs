@@ -2,10 +2,11 @@
 
 use supple_kernels::Scratch;
 use supple_lqg::Regularisation;
+use supple_model::system::RollOut;
 
-use super::search::{Patience, minimise};
+use super::search::{Asked, minimise};
 use super::sweeps::{finish, start, sweep};
-use super::{NominalProblem, Plan, PlanSettings, PlanWorkspace, rollout_within};
+use super::{NominalProblem, Plan, PlanWorkspace};
 use crate::Error;
 
 /// Like [`plan`](super::plan), with the given patience and no limits other than control bounds.
@@ -14,7 +15,7 @@ use crate::Error;
 /// As those of [`plan`](super::plan).
 pub(super) fn search_free(
     problem: NominalProblem,
-    (settings, patience): (&PlanSettings, Patience),
+    asked: Asked,
     plan: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
@@ -22,14 +23,14 @@ pub(super) fn search_free(
     let controls = &plan.trajectory.controls;
     let free_first = problem.bounds.is_some_and(|bounds| !(bounds.hold(controls) && bounds.are_met(controls)));
     let before = if free_first {
-        start_from_free(problem, (settings, patience), plan, work, scratch)?
+        start_from_free(problem, asked, plan, work, scratch)?
     } else {
         start(problem, plan, scratch)?;
         0
     };
-    let status = minimise(problem, (settings, patience), plan, work, scratch);
+    let status = minimise(problem, asked, plan, work, scratch);
     plan.iterations += before;
-    finish((problem, settings.curvature), plan, status, scratch)
+    finish((problem, asked.settings.curvature), plan, status, scratch)
 }
 
 /// Starts from the plan without bounds, its control law kept within them; or from the guess moved inside, where that
@@ -39,7 +40,7 @@ pub(super) fn search_free(
 /// minimum. A plan that stays within the bounds is the same with and without them.
 fn start_from_free(
     problem: NominalProblem,
-    (settings, patience): (&PlanSettings, Patience),
+    asked: Asked,
     plan: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
@@ -48,14 +49,15 @@ fn start_from_free(
     work.guess.copy_from(&plan.trajectory.controls);
     let mut found = start(free, plan, scratch).is_ok();
     if found {
-        let status = minimise(free, (settings, patience), plan, work, scratch);
+        let status = minimise(free, asked, plan, work, scratch);
         found = status.is_converged() && sweep(free, Regularisation::default(), None, plan).is_ok();
     }
     let (iterations, regularised) = (plan.iterations, plan.regularised);
     let mut cost = f64::NAN;
     if found {
-        let (around, law) = ((problem.system, problem.phi, problem.bounds), (&plan.policy, 0.0));
-        cost = rollout_within(around, &plan.trajectory, law, &mut work.candidate, scratch);
+        let NominalProblem { system, phi, bounds } = problem;
+        let law = RollOut::Law { reference: &plan.trajectory, policy: &plan.policy, step: 0.0, bounds };
+        cost = system.roll_out(law, phi, &mut work.candidate, scratch);
     }
     plan.trajectory.controls.copy_from(&work.guess);
     let started = start(problem, plan, scratch);

@@ -2,12 +2,12 @@
 
 use supple_kernels::Scratch;
 use supple_lqg::{Regularisation, Rooted};
-use supple_model::system::Curvature;
+use supple_model::system::{Curvature, RollOut};
 
 use super::descent::{Descent, Model, Step, descend, search_along};
 use super::sweeps::{linearise, sweep};
 use super::truncated::{Truncated, truncated_newton};
-use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollout_within};
+use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace};
 
 /// How often the second-derivative correction to Gauss-Newton is halved, if it is not positive or leads nowhere.
 const CURVATURE_HALVINGS: usize = 5;
@@ -40,14 +40,22 @@ pub(crate) enum Patience {
     Continued,
 }
 
+/// What is asked of a search.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub settings: &'a PlanSettings,
+    pub patience: Patience,
+}
+
 /// Searches for a plan from the trajectory in `plan`, which is rolled out; leaves the best one there.
 pub(super) fn minimise(
     problem: NominalProblem,
-    (settings, patience): (&PlanSettings, Patience),
+    asked: Asked,
     plan: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> PlanStatus {
+    let Asked { settings, patience } = asked;
     let close = matches!(patience, Patience::Close | Patience::Continued);
     let by_products = problem.bounds.is_none() && problem.system.has_costly_curvature();
     let costly = !by_products && problem.system.has_costly_curvature();
@@ -133,8 +141,9 @@ impl Descent for Search<'_> {
 
     fn try_share(&mut self, share: f64) -> f64 {
         let Self { problem, plan, work, scratch, .. } = self;
-        let around = (problem.system, problem.phi, problem.bounds);
-        rollout_within(around, &plan.trajectory, (&plan.policy, share), &mut work.candidate, scratch)
+        let Plan { trajectory, policy, .. } = &**plan;
+        let law = RollOut::Law { reference: trajectory, policy, step: share, bounds: problem.bounds };
+        problem.system.roll_out(law, problem.phi, &mut work.candidate, scratch)
     }
 
     fn accept(&mut self, step: Step) {

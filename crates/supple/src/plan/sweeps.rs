@@ -2,10 +2,10 @@
 
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{Decrease, Limits, Lq, Regularisation, solve_limited};
-use supple_model::system::Curvature;
+use supple_model::system::{Curvature, RollOut};
 
 use super::costates::{Stationarity, sweep_costates};
-use super::{CostCurvature, NominalProblem, Plan, PlanMode, PlanStatus, simulate_controls};
+use super::{CostCurvature, NominalProblem, Plan, PlanMode, PlanStatus};
 use crate::Error;
 use crate::knots::Linearise;
 
@@ -19,7 +19,7 @@ pub(crate) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scra
     if let Some(bounds) = problem.bounds {
         bounds.clamp_all(&mut plan.trajectory.controls);
     }
-    plan.nominal_cost = simulate_controls(problem.system, problem.phi, &mut plan.trajectory, scratch);
+    plan.nominal_cost = problem.system.roll_out(RollOut::Controls, problem.phi, &mut plan.trajectory, scratch);
     plan.iterations = 0;
     plan.regularised = 0;
     plan.passed_over = None;

@@ -6,9 +6,9 @@ use supple_model::system::{Constraints, RollOut, System};
 
 use super::augmented::Augmented;
 use super::nominal::search_free;
-use super::search::{Patience, minimise};
+use super::search::{Asked, Patience, minimise};
 use super::sweeps::{finish, set_curvature};
-use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, simulate_controls};
+use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace};
 use crate::Error;
 
 /// Maximum number of rounds.
@@ -38,7 +38,8 @@ const SHARE: f64 = 0.3;
 ///
 /// ```
 /// use supple::Scratch;
-/// use supple::plan::{Plan, PlanWorkspace, VALID_STATIONARITY, plan, rollout, simulate_controls};
+/// use supple::plan::{Plan, PlanWorkspace, VALID_STATIONARITY, plan};
+/// use supple::system::RollOut;
 /// # let task = r#"
 /// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
 /// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
@@ -64,9 +65,10 @@ const SHARE: f64 = 0.3;
 ///
 /// // Its controls, and its control law, lead along the same trajectory.
 /// let mut again = found.trajectory.clone();
-/// let cost = simulate_controls(&*task.system, &phi, &mut again, &mut scratch);
+/// let cost = task.system.roll_out(RollOut::Controls, &phi, &mut again, &mut scratch);
 /// assert!((cost - found.nominal_cost).abs() < 1e-9);
-/// let cost = rollout(&*task.system, &phi, &found.trajectory, (&found.policy, 1.0), &mut again, &mut scratch);
+/// let law = RollOut::Law { reference: &found.trajectory, policy: &found.policy, step: 1.0, bounds: None };
+/// let cost = task.system.roll_out(law, &phi, &mut again, &mut scratch);
 /// assert!((cost - found.nominal_cost).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -77,7 +79,7 @@ pub fn plan(
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    search(problem, (settings, Patience::Full), plan, work, scratch)
+    search(problem, Asked { settings: settings, patience: Patience::Full }, plan, work, scratch)
 }
 
 /// Finds a nominal plan that keeps the limits of its system: first without them, then, if that plan does not keep
@@ -87,22 +89,22 @@ pub fn plan(
 /// As those of [`search_free`].
 pub(crate) fn search(
     problem: NominalProblem,
-    (settings, patience): (&PlanSettings, Patience),
+    asked: Asked,
     plan: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
     let Some(limits) = problem.system.constraints() else {
-        return search_free(problem, (settings, patience), plan, work, scratch);
+        return search_free(problem, asked, plan, work, scratch);
     };
     let bounds = limits.bounds(problem.phi);
     // Limits of an earlier plan wrote entries that the cost itself leaves 0.
     plan.knots.cost.clear();
     plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, bounds.len());
     let guess = plan.trajectory.controls.clone();
-    search_free(problem, (settings, patience), plan, work, scratch)?;
+    search_free(problem, asked, plan, work, scratch)?;
     let begins_outside = begins_outside(problem, (limits, &bounds), plan, scratch);
-    Rounds::new(problem, (limits, bounds), plan, scratch).run((settings, &guess), plan, work, scratch)?;
+    Rounds::new(problem, (limits, bounds), plan, scratch).run((asked.settings, &guess), plan, work, scratch)?;
     if begins_outside && plan.status.is_converged() {
         plan.status = PlanStatus::LimitsExceeded;
     }
@@ -203,7 +205,8 @@ impl<'a> Rounds<'a> {
             // Retry from the other starting point, if there is one.
             let ended = (plan.trajectory.controls.clone(), plan.multipliers.clone(), self.penalties.clone());
             plan.trajectory.controls = free;
-            plan.nominal_cost = simulate_controls(self.problem.system, self.problem.phi, &mut plan.trajectory, scratch);
+            plan.nominal_cost =
+                self.problem.system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
             plan.multipliers.as_mut_slice().fill(0.0);
             self.penalties = self.first_penalties(plan, scratch);
             if from_guess || self.start_from_better(guess, plan, scratch) {
@@ -304,7 +307,7 @@ impl<'a> Rounds<'a> {
         let phi = problem.phi;
         plan.nominal_cost = system.roll_out(RollOut::Controls, phi, &mut plan.trajectory, scratch);
         (plan.iterations, plan.regularised) = (0, 0);
-        let status = minimise(problem, (settings, Patience::Close), plan, work, scratch);
+        let status = minimise(problem, Asked { settings: settings, patience: Patience::Close }, plan, work, scratch);
         plan.multipliers = system.slopes(plan.trajectory.points(), phi, scratch);
         self.iterations += plan.iterations;
         self.regularised += plan.regularised;
@@ -320,7 +323,7 @@ impl<'a> Rounds<'a> {
     ) -> Result<(), Error> {
         let Self { problem, limits, .. } = self;
         let kept = self.is_kept(plan, scratch);
-        plan.nominal_cost = simulate_controls(problem.system, problem.phi, &mut plan.trajectory, scratch);
+        plan.nominal_cost = problem.system.roll_out(RollOut::Controls, problem.phi, &mut plan.trajectory, scratch);
         (plan.iterations, plan.regularised) = (self.iterations, self.regularised);
         plan.passed_over = None;
         let multipliers = std::mem::replace(&mut plan.multipliers, Matrices::vectors(0, 0));

@@ -8,9 +8,10 @@ use supple::lqg::Noise;
 use supple::lqg::{Belief, kalman};
 use supple::lqg::{Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
-use supple::plan::{Plan, PlanMode, PlanSettings, PlanStatus, simulate_controls};
+use supple::plan::{Plan, PlanMode, PlanSettings, PlanStatus};
 use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
 use supple::system::Curvature;
+use supple::system::RollOut;
 use supple::{EvaluateOptions, Matrices, Problem, Scratch, cost_parts};
 
 fn settings(plan: PlanMode) -> PlanSettings {
@@ -43,7 +44,7 @@ fn expected_cost(problem: &Problem, controls: &Matrices) -> f64 {
     let size = task.system.dimensions();
     let mut plan = Plan::zeros(size, task.steps);
     task.write_guess(&phi, Some(controls), &mut plan.trajectory);
-    plan.nominal_cost = simulate_controls(&*task.system, &phi, &mut plan.trajectory, &mut scratch);
+    plan.nominal_cost = task.system.roll_out(RollOut::Controls, &phi, &mut plan.trajectory, &mut scratch);
     let at = plan.trajectory.points();
     plan.knots.linearise_plan(&*task.system, at, &phi, Curvature::Exact, &mut scratch);
     plan.knots.linearise_measurement(&*task.system, at, &phi, &mut scratch);

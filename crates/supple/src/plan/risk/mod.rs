@@ -8,12 +8,12 @@ use std::time::Instant;
 use supple_kernels::{Matrices, Scratch, rows};
 use supple_lqg::Noise;
 use supple_lqg::{Belief, kalman};
-use supple_model::system::Curvature;
+use supple_model::system::{Curvature, RollOut};
 
-use super::{Descent, Model, Plan, PlanMode, PlanSettings, PlanStatus, Step, descend, rollout};
+use super::{Descent, Model, Plan, PlanMode, PlanSettings, PlanStatus, Step, descend};
 use crate::Error;
 use crate::knots::Linearise;
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 use sweep::{Failure, Found, Given, price, risk_sweep};
 
 /// Halvings of an interval to find the largest sensitivity that works.
@@ -29,14 +29,14 @@ const MOST_STALLED: usize = 3;
 /// # Errors
 /// Where the sensitivity is so large that the exponential of the cost has no finite mean, with the largest that works.
 pub(crate) fn plan_risk(
-    (task, phi): (&Task, &[f64]),
+    TaskAt { task, phi }: TaskAt,
     (settings, deadline): (&PlanSettings, Option<Instant>),
     plan: &mut Plan,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
     let nominal = plan.clone();
     let mut search = |sensitivity: f64, plan: &mut Plan| {
-        Search::new((task, phi), (settings, sensitivity), plan, scratch).run(deadline)
+        Search::new(task.at(phi), (settings, sensitivity), plan, scratch).run(deadline)
     };
     match search(settings.risk_sensitivity, plan)? {
         Ok(()) => Ok(()),
@@ -89,7 +89,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(
-        (task, phi): (&'a Task, &'a [f64]),
+        TaskAt { task, phi }: TaskAt<'a>,
         (settings, sensitivity): (&'a PlanSettings, f64),
         plan: &'a mut Plan,
         scratch: &'a mut Scratch,
@@ -219,8 +219,9 @@ impl Descent for Search<'_> {
     }
 
     fn try_share(&mut self, share: f64) -> f64 {
-        let (system, law) = (&*self.task.system, (&self.plan.policy, share));
-        let cost = rollout(system, self.phi, &self.plan.trajectory, law, &mut self.trial.trajectory, self.scratch);
+        let Plan { trajectory, policy, .. } = &*self.plan;
+        let law = RollOut::Law { reference: trajectory, policy, step: share, bounds: None };
+        let cost = self.task.system.roll_out(law, self.phi, &mut self.trial.trajectory, self.scratch);
         self.trial.nominal_cost = cost;
         match cost.is_finite().then(|| self.law(true)) {
             Some(Ok(Ok(found))) => {
