@@ -42,7 +42,7 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
 }
 
 /// Adds the information of a search: values at the start and at the optimum.
-pub fn add_rows(table: &mut Rows, (about, report): (&About, &DesignReport)) {
+pub fn add_rows(table: &mut Rows, about: &About, report: &DesignReport) {
     let DesignReport { start, optimum, settings, .. } = report;
     for (name, of, weight) in all(about, settings.information) {
         if let (Some(from), Some(to)) = (of(start), of(optimum)) {

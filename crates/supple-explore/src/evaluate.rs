@@ -7,6 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use serde_json::{Value, json};
 use supple::{EvaluateOptions, Matrices, Problem, Task, TaskEvaluation, violation};
 
+use crate::knobs::Turned;
+
 /// A design with the numbers of all its tasks.
 pub struct Evaluated {
     /// The problem with cost limits and noise as set by the sliders.
@@ -33,7 +35,7 @@ impl Evaluated {
     /// # Errors
     /// Where a task cannot be evaluated: why.
     pub fn of(
-        (problem, phi): (Problem, Vec<f64>),
+        Turned { problem, phi }: Turned,
         shown: usize,
         options: &EvaluateOptions,
         stop: &AtomicBool,
@@ -148,11 +150,7 @@ fn task_numbers(task: &TaskEvaluation) -> Value {
 ///
 /// # Errors
 /// Where a task cannot be evaluated: why.
-pub fn details(
-    at: (Problem, Vec<f64>),
-    controls: Option<Vec<Matrices>>,
-    stop: &AtomicBool,
-) -> Result<Option<Value>, String> {
+pub fn details(at: Turned, controls: Option<Vec<Matrices>>, stop: &AtomicBool) -> Result<Option<Value>, String> {
     let options = EvaluateOptions { total_gradient: true, needed: true, controls, ..Default::default() };
     let Some(found) = Evaluated::of(at, 0, &options, stop)? else { return Ok(None) };
     let names: Vec<String> = found.problem.parameters.names();

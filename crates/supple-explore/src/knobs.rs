@@ -194,11 +194,19 @@ fn scaled(covariance: &mut Covariance, factor: f64, one: Option<usize>) {
     }
 }
 
+/// What values of all knobs mean.
+pub struct Turned {
+    /// The problem, with its limits and noise as they are turned.
+    pub problem: Problem,
+    /// All parameters.
+    pub phi: Vec<f64>,
+}
+
 /// The problem and parameters that values of all knobs mean.
 ///
 /// # Errors
 /// Where there are too few or too many values, or one is not valid.
-pub fn turned(loaded: &LoadedTask, knobs: &[Knob], values: &[f64]) -> Result<(Problem, Vec<f64>), String> {
+pub fn turned(loaded: &LoadedTask, knobs: &[Knob], values: &[f64]) -> Result<Turned, String> {
     if values.len() != knobs.len() {
         return Err(format!("there are {} sliders; found {} values", knobs.len(), values.len()));
     }
@@ -226,7 +234,7 @@ pub fn turned(loaded: &LoadedTask, knobs: &[Knob], values: &[f64]) -> Result<(Pr
             }
         }
     }
-    Ok((problem, phi))
+    Ok(Turned { problem, phi })
 }
 
 /// What differs from the task file.

@@ -74,9 +74,11 @@ fn point(loaded: &LoadedTask, knobs: &[Knob], wanted: &Wanted, [i, j]: [usize; 2
 /// Fills a map on the threads that the design on screen leaves free; `tell` receives new points with the number done of
 /// all, and returns whether anyone is still listening. Pauses while the design on screen is evaluated.
 pub fn fill(
-    (loaded, knobs): (&LoadedTask, &[Knob]),
+    loaded: &LoadedTask,
+    knobs: &[Knob],
     wanted: &Wanted,
-    (stop, busy): (&AtomicBool, &AtomicUsize),
+    stop: &AtomicBool,
+    busy: &AtomicUsize,
     tell: &(dyn Fn(Vec<Value>, [usize; 2]) -> bool + Sync),
 ) {
     let places = places();

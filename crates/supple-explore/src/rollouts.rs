@@ -16,9 +16,11 @@ const BATCH: usize = 10;
 /// # Errors
 /// Where the task cannot be planned, or a covariance is indefinite.
 pub fn roll_out(
-    (problem, phi): (&Problem, &[f64]),
+    problem: &Problem,
+    phi: &[f64],
     task: usize,
-    (count, controls): (usize, Option<&Matrices>),
+    count: usize,
+    controls: Option<&Matrices>,
     stop: &AtomicBool,
     tell: &dyn Fn(&[f64], &[Sample]) -> bool,
 ) -> Result<(), supple::Error> {

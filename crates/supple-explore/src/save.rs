@@ -8,7 +8,7 @@ use supple_study::evaluate::EvaluateOptions;
 use supple_study::study::Work;
 use supple_study::{Folder, LoadedTask, Made, OWN_MODEL, Source, Watch, write_text};
 
-use crate::knobs::{Kind, Knob, changes, covariance, turned};
+use crate::knobs::{Kind, Knob, Turned, changes, covariance, turned};
 use crate::noise_text::{Edit, noise_edits, plain_number};
 
 /// By how much a number that is read back from a file may differ, relative to it: rounding.
@@ -80,7 +80,7 @@ impl OnScreen<'_> {
     /// Checks that a text describes the design on screen.
     fn check(&self, text: &str, name: &str) -> Result<(), String> {
         let read = supple_file::parse_with(text, name, self.loaded.kinds.clone()).map_err(|error| error.to_string())?;
-        let (turned, phi) = turned(self.loaded, self.knobs, self.values)?;
+        let Turned { problem: turned, phi } = turned(self.loaded, self.knobs, self.values)?;
         let parameters = read.parameters.initial();
         let is_near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
         if !parameters.iter().zip(&phi).all(|(&a, &b)| is_near(a, b)) {
@@ -124,7 +124,7 @@ impl OnScreen<'_> {
                     "`{name}` has been changed but is not a parameter, and this task has no file: change it in the definition of the task, or reset its slider"
                 ));
             }
-            let (_, phi) = turned(self.loaded, self.knobs, self.values)?;
+            let Turned { phi, .. } = turned(self.loaded, self.knobs, self.values)?;
             return Ok(LoadedTask { phi, ..self.loaded.clone() });
         }
         let kinds = self.loaded.kinds.clone();
@@ -154,7 +154,7 @@ impl OnScreen<'_> {
 
     /// Evaluates this design as `supple evaluate` does, with trajectories and roll-outs.
     fn folder(&self, path: PathBuf) -> Result<Folder, String> {
-        let (problem, phi) = turned(self.loaded, self.knobs, self.values)?;
+        let Turned { problem, phi } = turned(self.loaded, self.knobs, self.values)?;
         let text = self.task_text()?;
         let work = Work::Evaluate(EvaluateOptions {
             total_gradient: true,

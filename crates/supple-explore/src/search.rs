@@ -168,7 +168,8 @@ fn run(task: &LoadedTask, starts: usize, live: &Live, stop: &AtomicBool) -> Resu
 pub fn search(
     task: LoadedTask,
     starts: usize,
-    (surroundings, stop): (&Arc<dyn Surroundings>, &Arc<AtomicBool>),
+    surroundings: &Arc<dyn Surroundings>,
+    stop: &Arc<AtomicBool>,
     tell: &dyn Fn(Value),
 ) -> Result<Found, String> {
     let (news, told) = channel();

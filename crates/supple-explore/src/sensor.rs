@@ -11,7 +11,7 @@ use crate::evaluate::alone;
 ///
 /// # Errors
 /// Where the task cannot be planned, or the minimum is not found: why.
-pub fn virtual_sensor((problem, phi): (&Problem, &[f64]), task: usize) -> Result<Value, String> {
+pub fn virtual_sensor(problem: &Problem, phi: &[f64], task: usize) -> Result<Value, String> {
     let one = alone(problem, task);
     let said = |error: supple::Error| error.to_string();
     let bounding = one.bounding(phi, &BoundOptions::default()).map_err(said)?;

@@ -14,7 +14,7 @@ use supple_study::{About, LoadedTask};
 use crate::ask::{Ask, Pin, View};
 use crate::curves::{curves, quantities, threads};
 use crate::evaluate::{Evaluated, details};
-use crate::knobs::{Knob, knobs, turned, with_parameters};
+use crate::knobs::{Knob, Turned, knobs, turned, with_parameters};
 use crate::map::{Wanted, fill};
 use crate::rollouts::roll_out;
 use crate::save::OnScreen;
@@ -201,8 +201,8 @@ impl Worker<'_> {
             View::Details => self.details(),
             View::Pins => self.pins(),
             View::Sensor => {
-                let (problem, phi) = self.turned(&self.ask.values)?;
-                let sensor = virtual_sensor((&problem, &phi), self.ask.task)?;
+                let Turned { problem, phi } = self.turned(&self.ask.values)?;
+                let sensor = virtual_sensor(&problem, &phi, self.ask.task)?;
                 self.answer(view, json!({ "sensor": sensor }));
                 Ok(())
             }
@@ -218,7 +218,7 @@ impl Worker<'_> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    fn turned(&self, values: &[f64]) -> Result<(supple::Problem, Vec<f64>), String> {
+    fn turned(&self, values: &[f64]) -> Result<Turned, String> {
         turned(&self.shown.loaded, &self.shown.knobs, values)
     }
 
@@ -302,7 +302,7 @@ impl Worker<'_> {
             std::thread::sleep(REST / 20);
         }
         let at = self.turned(&self.ask.values)?;
-        let controls = self.known_controls().filter(|_| at.0.tasks.len() == 1).map(|one| vec![one]);
+        let controls = self.known_controls().filter(|_| at.problem.tasks.len() == 1).map(|one| vec![one]);
         if let Some(found) = details(at, controls, self.stop)? {
             self.answer(View::Details, json!({ "details": found }));
         }
@@ -334,12 +334,12 @@ impl Worker<'_> {
             self.session.tell(&self.message(View::Map, body)) && !self.stopped()
         };
         let wanted = Wanted { values, axes, prices };
-        fill((&self.shown.loaded, &self.shown.knobs), &wanted, (self.stop, &self.session.busy), &tell);
+        fill(&self.shown.loaded, &self.shown.knobs, &wanted, self.stop, &self.session.busy, &tell);
         Ok(())
     }
 
     fn design(&self) -> Result<(), String> {
-        let (problem, phi) = self.turned(&self.ask.values)?;
+        let Turned { problem, phi } = self.turned(&self.ask.values)?;
         if problem.parameters.design().is_empty() {
             return Err("the task has no parameter with role = \"design\"".to_owned());
         }
@@ -352,7 +352,7 @@ impl Worker<'_> {
                 self.stop.store(true, Ordering::Relaxed);
             }
         };
-        let found = search(task, self.ask.count.min(MOST_SAMPLES), (&self.session.surroundings, self.stop), &tell)?;
+        let found = search(task, self.ask.count.min(MOST_SAMPLES), &self.session.surroundings, self.stop, &tell)?;
         let stopped = self.stopped();
         self.answer(View::Design, json!({ "ended": found.ended, "design": with(&found.design), "stopped": stopped }));
         Ok(())
@@ -360,7 +360,7 @@ impl Worker<'_> {
 
     fn rollouts(&self) -> Result<(), String> {
         let Ask { task, count, .. } = *self.ask;
-        let (problem, phi) = self.turned(&self.ask.values)?;
+        let Turned { problem, phi } = self.turned(&self.ask.values)?;
         let controls = self.known_controls();
         let count = count.min(MOST_SAMPLES);
         let tell = |time: &[f64], samples: &[supple::simulate::Sample]| {
@@ -368,7 +368,7 @@ impl Worker<'_> {
             let body = json!({ "costs": costs, "threads": threads(time, samples, &self.ask.want), "count": count });
             self.session.tell(&self.message(View::Rollouts, body)) && !self.stopped()
         };
-        roll_out((&problem, &phi), task, (count, controls.as_ref()), self.stop, &tell).map_err(|e| e.to_string())
+        roll_out(&problem, &phi, task, count, controls.as_ref(), self.stop, &tell).map_err(|e| e.to_string())
     }
 
     fn save(&self) -> Result<(), String> {

@@ -261,10 +261,10 @@ impl Building<'_> {
         let table = table.beside(COMMON);
         if !OWN_KINDS.contains(&kind) {
             let context = Context { kinds: self.kinds, vocabulary, parameters: self.parameters };
-            let sensor = read_sensor((kind, table), (self.document, &at), &context)?;
+            let sensor = read_sensor(kind, table, self.document.spot(&at), &context)?;
             return Ok(Equipment::entries(&sensor));
         }
-        let (noise, table) = Noise::of(table, (self.document, &at))?;
+        let (noise, table) = Noise::of(table, self.document.spot(&at))?;
         let channel = |number: usize| Channel::new(format!("{name} {}", number + 1), "");
         let (entries, variance): (Vec<(Entry, Channel)>, OneOrMore) = if kind == "sum" {
             let file = SumFile::deserialize(table).map_err(|error| self.document.read_error(&at, error))?;

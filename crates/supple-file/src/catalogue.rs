@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
-use supple_model::document::{Document, Place};
+use supple_model::document::{Place, Spot};
 use supple_model::parameters::{CatalogueEntry, Parameter};
 use supple_text::{FileError, nearest, read_text};
 
@@ -28,8 +28,9 @@ impl CatalogueFile {
     pub fn read_into(
         self,
         parameter: &mut Parameter,
-        (document, at): (&Document, &[Place]),
-        (folder, files): (&Path, &mut Vec<PathBuf>),
+        Spot { document, at }: Spot,
+        folder: &Path,
+        files: &mut Vec<PathBuf>,
     ) -> Result<(), FileError> {
         let count = match self {
             Self::Entries(entries) => {

@@ -51,7 +51,7 @@ impl Reader<'_> {
 
     fn quantity(&self, beside: &'static [&'static str]) -> Result<Quantity, FileError> {
         let (kind, table) = self.document.table_with_kind(self.at, &self.context.kinds.names())?;
-        self.context.read((kind, table.beside(beside)), (self.document, self.at))
+        self.context.read(kind, table.beside(beside), self.document.spot(self.at))
     }
 
     fn curve(&self) -> Result<Followed, FileError> {

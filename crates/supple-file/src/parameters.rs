@@ -59,7 +59,7 @@ fn read_one(
     let checked = parameter.check();
     if let (Ok(()), Some(catalogue)) = (&checked, catalogue) {
         let at = ["parameters".into(), Place::Key(name), "catalogue".into()];
-        catalogue.read_into(&mut parameter, (document, &at), (folder, files))?;
+        catalogue.read_into(&mut parameter, document.spot(&at), folder, files)?;
     }
     match checked.and_then(|()| parameter.check()) {
         Ok(()) => Ok(parameter),

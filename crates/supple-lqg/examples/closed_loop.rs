@@ -3,8 +3,8 @@
 #![allow(clippy::print_stdout)]
 
 use supple_lqg::{
-    Belief, BeliefAdjoint, BeliefSeeds, Error, Horizon, Information, KnotAdjoints, Knots, Noise, Policy,
-    Regularisation, constant, control_information, information, kalman, reverse_kalman, solve_riccati,
+    Belief, BeliefAdjoint, BeliefSeeds, Error, Horizon, Information, KnotAdjoints, Knots, LinearQuadratic, Noise,
+    Policy, Regularisation, constant, control_information, information, kalman, reverse_kalman, solve_riccati,
 };
 
 const STEPS: usize = 100;
@@ -16,7 +16,8 @@ const STEPS: usize = 100;
 pub fn main() -> Result<(), Error> {
     // A mass that is pushed to 0, and whose position is measured every 0.1 s.
     let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
-    let knots = Knots::linear(STEPS, (&a, &b, &c), (&[[1.0, 0.0], [0.0, 0.1]], &[[0.01]]))?;
+    let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
+    let knots = Knots::linear(STEPS, plant)?;
     let mut policy = Policy::zeros(knots.dimensions, STEPS);
     solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
         .map_err(|step| Error::NotPositiveDefinite { what: "the curvature of the cost by the control", step })?;

@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout)]
 
 use supple_lqg::bound::{BoundSettings, minimum_information, virtual_sensors};
-use supple_lqg::{Error, Horizon, Knots, Noise, Policy, Regularisation, constant, solve_riccati};
+use supple_lqg::{Error, Horizon, Knots, LinearQuadratic, Noise, Policy, Regularisation, constant, solve_riccati};
 
 /// Prints it.
 ///
@@ -12,7 +12,8 @@ use supple_lqg::{Error, Horizon, Knots, Noise, Policy, Regularisation, constant,
 pub fn main() -> Result<(), Error> {
     // An inverted pendulum, linearised upright, 50 steps of 20 ms, with a torque.
     let (a, b, c) = ([[1.0, 0.02], [0.4, 1.0]], [[0.0], [0.02]], [[1.0, 0.0]]);
-    let knots = Knots::linear(50, (&a, &b, &c), (&[[10.0, 0.0], [0.0, 1.0]], &[[0.01]]))?;
+    let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[10.0, 0.0], [0.0, 1.0]], r: &[[0.01]] };
+    let knots = Knots::linear(50, plant)?;
     let mut policy = Policy::zeros(knots.dimensions, 50);
     solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
         .map_err(|step| Error::NotPositiveDefinite { what: "the curvature of the cost by the control", step })?;

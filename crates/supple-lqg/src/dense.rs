@@ -49,7 +49,7 @@ pub fn congruence(a: &Dense, p: &Dense) -> Dense {
 }
 
 /// The covariance after measurements `c x` with noise `v` and any gain, in Joseph's form `(I - K C) P (I - K C)' + K V K'`.
-pub fn joseph(predicted: &Dense, (c, v): (&Dense, &Dense), gain: &Dense) -> Dense {
+pub fn joseph(predicted: &Dense, c: &Dense, v: &Dense, gain: &Dense) -> Dense {
     let kept = Dense::identity(predicted.nrows(), predicted.nrows()) - gain * c;
     symmetric(&kept * predicted * kept.transpose() + gain * v * gain.transpose())
 }

@@ -1,10 +1,11 @@
 /// Why something could not be computed.
 ///
 /// ```
-/// use supple_lqg::Knots;
+/// use supple_lqg::{Knots, LinearQuadratic};
 ///
 /// // C has two columns for one state.
-/// let found = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0, 0.0]]), (&[[2.0]], &[[0.1]]));
+/// let plant = LinearQuadratic { a: &[[0.9]], b: &[[1.0]], c: &[[1.0, 0.0]], q: &[[2.0]], r: &[[0.1]] };
+/// let found = Knots::linear(10, plant);
 /// let message = found.err().map(|error| error.to_string());
 /// assert_eq!(message.as_deref(), Some("a row of C has length 2, not 1"));
 /// ```

@@ -48,6 +48,23 @@ pub struct Knots {
     pub picks: Option<Vec<usize>>,
 }
 
+/// `x+ = A x + B u`, `y = C x` and the weights of the cost `1/2 (x' Q x + u' R u)`, the same at every step.
+///
+/// Example: [`Knots::linear`].
+#[derive(Clone, Copy)]
+pub struct LinearQuadratic<'a> {
+    /// `A`, n x n.
+    pub a: &'a dyn Entries,
+    /// `B`, n x m.
+    pub b: &'a dyn Entries,
+    /// `C`, p x n.
+    pub c: &'a dyn Entries,
+    /// `Q`, n x n.
+    pub q: &'a dyn Entries,
+    /// `R`, m x m.
+    pub r: &'a dyn Entries,
+}
+
 impl Knots {
     /// Zero knots for `steps` steps.
     #[must_use]
@@ -69,17 +86,14 @@ impl Knots {
     /// If the shapes do not fit.
     ///
     /// ```
-    /// use supple_lqg::Knots;
+    /// use supple_lqg::{Knots, LinearQuadratic};
     ///
-    /// let knots = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0]]), (&[[2.0]], &[[0.1]]))?;
+    /// let plant = LinearQuadratic { a: &[[0.9]], b: &[[1.0]], c: &[[1.0]], q: &[[2.0]], r: &[[0.1]] };
+    /// let knots = Knots::linear(10, plant)?;
     /// assert_eq!((knots.steps(), knots.dynamics.get(3, 0, 1)), (10, 1.0));
     /// # Ok::<(), supple_lqg::Error>(())
     /// ```
-    pub fn linear(
-        steps: usize,
-        (a, b, c): (&impl Entries, &impl Entries, &impl Entries),
-        (q, r): (&impl Entries, &impl Entries),
-    ) -> Result<Self, Error> {
+    pub fn linear(steps: usize, LinearQuadratic { a, b, c, q, r }: LinearQuadratic) -> Result<Self, Error> {
         let ((n, m), p) = (b.shape(), c.shape().0);
         let shapes = [
             ("a row of A", a.shape().1, n),

@@ -18,11 +18,12 @@
 //! # A Kalman filter and its information
 //!
 //! ```
-//! use supple_lqg::{Belief, Information, Knots, Noise, constant, information, kalman};
+//! use supple_lqg::{Belief, Information, Knots, LinearQuadratic, Noise, constant, information, kalman};
 //!
 //! // A frictionless mass under random disturbances, with position measurements every 0.1 s.
 //! let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
-//! let knots = Knots::linear(100, (&a, &b, &c), (&[[1.0, 0.0], [0.0, 0.1]], &[[0.01]]))?;
+//! let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
+//! let knots = Knots::linear(100, plant)?;
 //! let noise = Noise {
 //!     initial: constant(&[[0.01, 0.0], [0.0, 0.01]]),
 //!     process: constant(&[[1e-6, 0.0], [0.0, 1e-4]]),
@@ -78,7 +79,7 @@ pub use belief::{
 pub use bound::Horizon;
 pub use error::Error;
 pub use information::{Information, add_control_partials, control_information, entropy_form, information, paper_form};
-pub use knots::{Dimensions, KnotAdjoints, Knots};
+pub use knots::{Dimensions, KnotAdjoints, Knots, LinearQuadratic};
 pub use noise::Noise;
 pub use partials::Partials;
 pub use recursion::{recursion_radius, spectral_radius};

@@ -70,11 +70,12 @@ impl RiccatiAdjoint {
 /// ```
 ///
 /// ```
-/// use supple_lqg::{Belief, KnotAdjoints, Knots, Noise, Policy, Regularisation, RiccatiAdjoint, RiccatiSeeds};
+/// use supple_lqg::{Belief, KnotAdjoints, Knots, LinearQuadratic, Noise, Policy, Regularisation, RiccatiAdjoint, RiccatiSeeds};
 /// use supple_lqg::{constant, reverse_riccati, solve_riccati};
 ///
 /// // Nothing carries over or can be controlled, x+ = w: S_t = Q, and the cost of the noise is W Q / 2 per step.
-/// let knots = Knots::linear(10, (&[[0.0]], &[[0.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[0.0]], b: &[[0.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(10, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, 10);
 /// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
 ///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
@@ -178,14 +179,14 @@ impl RiccatiAdjoint {
         let (turned, controls) = (turned.at_mut(0), controls.at_mut(0));
         let (left, right) = (Left::plain(feedback, narrow), View::new(s, narrow));
         Product { left, right, rows: m, inner: n, width: narrow }.set::<L, R>(ViewMut::new(moved, narrow));
-        transpose::<L, R>(ViewMut::new(turned, small), View::new(feedback, narrow), (m, n));
+        transpose::<L, R>(ViewMut::new(turned, small), View::new(feedback, narrow), m, n);
         let (left, right) = (Left::plain(moved, narrow), View::new(turned, small));
         Product { left, right, rows: m, inner: n, width: small }.set::<L, R>(ViewMut::new(controls, small));
 
         by_value.add_to::<L, R>(View::new(s, narrow), ViewMut::new(q, wide));
         let kept = Scaled { from: View::new(moved, narrow), factor: 1.0, rows: m, count: n };
         kept.set::<L, R>(ViewMut::new(&mut q[n * wide..], wide));
-        transpose::<L, R>(ViewMut::new(&mut q[n..], wide), View::new(moved, narrow), (m, n));
+        transpose::<L, R>(ViewMut::new(&mut q[n..], wide), View::new(moved, narrow), m, n);
         for a in 0..m {
             let to = (n + a) * wide + n;
             q[to..to + m].copy_from_slice(&controls[a * small..a * small + m]);

@@ -54,7 +54,7 @@ impl Mover<'_> {
         let left = Left::plain(moving.numbers, f.stride);
         Product { left, right: x, rows: n - h, inner: columns, width }.set::<L, R>(ViewMut::new(own, width));
         let turned = R::stride(n - h);
-        transpose::<L, R>(ViewMut::new(transposed, turned), moving, (n - h, columns));
+        transpose::<L, R>(ViewMut::new(transposed, turned), moving, n - h, columns);
         let (left, right) = (Left::plain(own, width), View::new(transposed, turned));
         let all = Product { left, right, rows: n - h, inner: columns, width: turned }.lower();
         match carried {

@@ -168,7 +168,7 @@ impl DesignCollector {
         let settings = &self.settings;
         self.task.get().made_by(py, Work::Design(Box::new(settings.clone())), None, |_, task, watch| {
             let control = Control { stop: watch.stop, ..Control::default() };
-            let report = supple_study::design::combine(task, settings, found, (seconds, control))?;
+            let report = supple_study::design::combine(task, settings, found, seconds, control)?;
             Ok(StudyResult::Design(Box::new(report)))
         })
     }

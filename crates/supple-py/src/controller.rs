@@ -49,7 +49,7 @@ impl NativeController {
         let failures = task.map_or_else(Failures::default, |task| task.failures.clone());
         let folder = &result.0;
         let loaded = task.map(|task| &task.task);
-        let made = long(py, None, &failures, |_| ExportedController::of(folder, loaded, (name.as_deref(), at)))?;
+        let made = long(py, None, &failures, |_| ExportedController::of(folder, loaded, name.as_deref(), at))?;
         let exported = made.map_err(|error| errors::of_study(py, &error))?;
         let run = exported.controller.start();
         let measured = vec![0.0; exported.controller.dimensions.measurements];

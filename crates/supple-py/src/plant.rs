@@ -40,7 +40,7 @@ pub fn roll_out(
 ) -> Result<Elsewhere, Error> {
     let step = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
         let found = call(plant, failures, t, (states, controls));
-        fill(next, found.as_deref(), states.count(), (1, states.cols()));
+        fill(next, found.as_deref(), states.count(), 1, states.cols());
     };
     let other = Other { task: truth.problem.task(name)?, phi: &truth.phi, plant: &step };
     task.problem.roll_out_elsewhere(&task.phi, name, other, rollouts)

@@ -57,7 +57,7 @@ fn rows(what: &str, rows: &[Vec<f64>], expected: usize) -> Found {
 }
 
 /// A matrix has as many rows and columns as it must.
-fn matrix(what: &str, found: &[Vec<f64>], (count, width): (usize, usize)) -> Found {
+fn matrix(what: &str, found: &[Vec<f64>], count: usize, width: usize) -> Found {
     length(what, found.len(), count)?;
     rows(what, found, width)
 }
@@ -143,13 +143,13 @@ fn of_trajectory(steps: usize, found: &TrajectoryReport) -> Found {
     length("the list of units of states", found.state_units.len(), n)?;
     length("the list of units of controls", found.control_units.len(), m)?;
     length("the list of times", found.time.len(), times)?;
-    matrix("the states", &found.states, (times, n))?;
-    matrix("the deviations", &found.deviations, (times, n))?;
-    matrix("the controls", &found.controls, (steps, m))?;
+    matrix("the states", &found.states, times, n)?;
+    matrix("the deviations", &found.deviations, times, n)?;
+    matrix("the controls", &found.controls, steps, m)?;
     length_or_none("the feedforward", found.feedforward.len(), steps)?;
     rows("the feedforward", &found.feedforward, m)?;
     length("the feedback", found.feedback.len(), steps)?;
-    found.feedback.iter().try_for_each(|gains| matrix("the feedback of a step", gains, (m, n)))?;
+    found.feedback.iter().try_for_each(|gains| matrix("the feedback of a step", gains, m, n))?;
     for measurement in &found.measurements {
         length("the information of a measurement", measurement.alone_nats.len(), times)?;
         length("the information of a measurement", measurement.beyond_others_nats.len(), times)?;
@@ -183,9 +183,9 @@ fn at_most(what: &str, found: usize, most: usize) -> Found {
 fn of_sample(times: usize, (n, m, p): (usize, usize, usize), found: &Sample) -> Found {
     let count = found.states.len();
     at_most("the run", count, times)?;
-    matrix("the states of the run", &found.states, (count, n))?;
-    matrix("the estimates of the run", &found.estimates, (count, n))?;
-    matrix("the deviations of the run", &found.deviations, (count, n))?;
+    matrix("the states of the run", &found.states, count, n)?;
+    matrix("the estimates of the run", &found.estimates, count, n)?;
+    matrix("the deviations of the run", &found.deviations, count, n)?;
     at_most("the controls of the run", found.controls.len(), count)?;
     rows("the controls of the run", &found.controls, m)?;
     length_or_none("the measurements of the run", found.measurements.len(), count)?;

@@ -30,7 +30,7 @@
 //!
 //! // The same by parts, which may run in different processes.
 //! let start = run_start(&task, &settings, 0, Control::default())?;
-//! let again = combine(&task, &settings, vec![start], (0.0, Control::default()))?;
+//! let again = combine(&task, &settings, vec![start], 0.0, Control::default())?;
 //! assert_eq!(again.optimum.parameters, report.optimum.parameters);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -43,7 +43,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::design::{
-    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Observer, Searcher, Split, StartSummary,
+    Aim, Change, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Observer, Searcher, Split,
+    StartSummary,
 };
 use supple::pipeline::TaskState;
 use supple::{
@@ -192,7 +193,7 @@ pub fn run(
     folder: Option<&Path>,
     watch: Watch,
 ) -> Result<DesignReport, StudyError> {
-    run_observed(task, settings, &Searching::new(watch.progress, settings.feasibility), (folder, watch))
+    run_observed(task, settings, &Searching::new(watch.progress, settings.feasibility), folder, watch)
 }
 
 /// The same, with an observer of every design that is evaluated.
@@ -205,7 +206,8 @@ pub fn run_observed(
     task: &LoadedTask,
     settings: &DesignSettings,
     observer: &dyn Observer,
-    (folder, watch): (Option<&Path>, Watch),
+    folder: Option<&Path>,
+    watch: Watch,
 ) -> Result<DesignReport, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
     check_designable(task)?;
@@ -271,9 +273,10 @@ pub fn combine(
     task: &LoadedTask,
     settings: &DesignSettings,
     starts: Vec<StartSummary>,
-    (seconds, control): (f64, Control),
+    seconds: f64,
+    control: Control,
 ) -> Result<DesignReport, StudyError> {
-    let found = best_of(task, settings, starts, (seconds, control))?;
+    let found = best_of(task, settings, starts, seconds, control)?;
     report(&task.phi, &searcher(task, settings, control), &found, &Silent)
 }
 
@@ -282,7 +285,8 @@ pub(crate) fn best_of(
     task: &LoadedTask,
     settings: &DesignSettings,
     starts: Vec<StartSummary>,
-    (seconds, control): (f64, Control),
+    seconds: f64,
+    control: Control,
 ) -> Result<Design, StudyError> {
     let (found, wanted) = (starts.len(), settings.starts);
     if found != wanted {
@@ -416,7 +420,8 @@ impl Ends<'_> {
         progress.begin("causes of the change of information, percent", 0, 100);
         let shares = Shares { of_tasks: Mutex::new(vec![0.0; nats.len()]), told: AtomicU64::new(0) };
         let tell = |task: usize, share: f64| progress.advance(shares.more(task, share));
-        match problem.split_watched((phi, &nats), (&best.to, &best.controls), &tell) {
+        let change = Change { from: phi, from_nats: &nats, to: &best.to, to_controls: &best.controls };
+        match problem.split_watched(change, &tell) {
             Err(supple::Error::Stopped) => None,
             // Intermediate plans may be missing even if both ends have them.
             split => Some(split.unwrap_or_default()),

@@ -146,7 +146,8 @@ pub fn run(
         methods.iter().flat_map(|&method| gradients.iter().map(move |&gradient| (method, gradient))).collect();
     let parts = Parts::open(folder, &identity(task, options))?;
     watch.progress.begin("searches", 0, (kinds.len() * starts) as u64);
-    let search = |&kind: &(Method, GradientKind)| searches(task, options, kind, (&parts, watch));
+    let search =
+        |&(method, gradient): &(Method, GradientKind)| searches(task, options, method, gradient, &parts, watch);
     let runs = kinds.par_iter().map(search).collect::<Result<Vec<_>, _>>()?.concat();
     if runs.is_empty() {
         return Err(StudyError::Stopped);
@@ -182,8 +183,10 @@ fn check_list<T: PartialEq + std::fmt::Display>(what: &str, list: &[T]) -> Resul
 fn searches(
     task: &LoadedTask,
     options: &TraceOptions,
-    (method, gradient): (Method, GradientKind),
-    (parts, watch): (&Parts, Watch),
+    method: Method,
+    gradient: GradientKind,
+    parts: &Parts,
+    watch: Watch,
 ) -> Result<Vec<TraceRun>, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
     let TraceOptions { starts, seed, .. } = *options;

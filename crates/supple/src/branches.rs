@@ -51,24 +51,19 @@ pub fn best_plan(
     let mut candidates = Candidates::default();
     let guess = task.guess(phi, 1.0);
     if let Some((controls, before)) = state.approach(task, phi, settings, &guess) {
-        candidates.plan(
-            (problem, task),
-            phi,
-            Start { patience: Patience::Close, before, ..Start::of(&controls) },
-            state,
-        );
+        candidates.plan(problem, task, phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
     }
     // Friction alone does not create branches that would justify another plan.
     if candidates.converged.is_none() || state.has_to_approach(task, phi) {
         for &factor in factors {
-            candidates.plan((problem, task), phi, Start::of(&task.guess(phi, factor)), state);
+            candidates.plan(problem, task, phi, Start::of(&task.guess(phi, factor)), state);
         }
     }
     if task.initial_control.is_empty() && candidates.converged.is_none() {
-        candidates.plan((problem, task), phi, Start::of(&task.guess(phi, 0.0)), state);
+        candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 0.0)), state);
     }
     if let Some(controls) = neighbour {
-        candidates.plan((problem, task), phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
+        candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
     }
     match candidates.choose() {
         Ok(kept) => {
@@ -109,7 +104,7 @@ struct Candidates {
 impl Candidates {
     /// Plans from the given controls. After the planning deadline it does
     /// so only if there is no plan yet.
-    fn plan(&mut self, (problem, task): (&Problem, &Task), phi: &[f64], start: Start, state: &mut TaskState) {
+    fn plan(&mut self, problem: &Problem, task: &Task, phi: &[f64], start: Start, state: &mut TaskState) {
         if state.is_late() && (self.converged.is_some() || self.other.is_some()) {
             return;
         }
@@ -220,7 +215,7 @@ pub fn plan_at(
     }
     let given = (&state.plan.trajectory.controls, state.cost.expected());
     let search = BranchSearch { seed, attempts, effort: usize::MAX, stop: &|| false };
-    let found = search_branches((problem, task), phi, given, search);
+    let found = search_branches(problem, task, phi, given, search);
     Error::check_stop()?;
     state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
     Ok(Some(found.count))
@@ -256,7 +251,8 @@ pub(crate) struct Branches {
 ///
 /// If stopped, it returns what was found so far.
 pub(crate) fn search_branches(
-    (problem, task): (&Problem, &Task),
+    problem: &Problem,
+    task: &Task,
     phi: &[f64],
     given: (&Matrices, f64),
     BranchSearch { seed, attempts, effort, stop }: BranchSearch,
@@ -335,7 +331,7 @@ fn attempt_branch(
     let source: Vec<f64> =
         scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / REACHES).clamp(0.0, 1.0)).collect();
     let source = scaling.unscaled(phi, &source);
-    let mut guess = disturbed_guess(task, (phi, given), &source, uniform(random));
+    let mut guess = disturbed_guess(task, phi, given, &source, uniform(random));
     if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
         guess = controls;
     }
@@ -350,7 +346,7 @@ fn attempt_branch(
 /// Controls to plan from at a design, chosen by a number in [0, 1): multiples of the first guess of a task; if it has none,
 /// the controls that hold the first state, plus multiples of the deviation of a given plan at another design from
 /// its own holding controls. Such controls may be positions, and multiples of positions would be far away.
-fn disturbed_guess(task: &Task, (phi, given): (&[f64], &Matrices), source: &[f64], number: f64) -> Matrices {
+fn disturbed_guess(task: &Task, phi: &[f64], given: &Matrices, source: &[f64], number: f64) -> Matrices {
     if !task.initial_control.is_empty() {
         return task.guess(source, math::exp(number * 1.8));
     }

@@ -43,13 +43,13 @@ pub fn cost_parts(plan: &Plan, belief: &Belief, noise: &Noise) -> CostParts {
     let (xi, s) = (&plan.policy.value_of_information, &plan.policy.curvature);
     CostParts {
         nominal: plan.nominal_cost,
-        belief: 0.5 * (0..steps).map(|t| trace_of_product(xi, &belief.corrected, (t, t))).sum::<f64>(),
-        process: 0.5 * (0..steps).map(|t| trace_of_product(s, &noise.process, (t + 1, t))).sum::<f64>(),
-        initial: 0.5 * trace_of_product(s, &noise.initial, (0, 0)),
+        belief: 0.5 * (0..steps).map(|t| trace_of_product(xi, &belief.corrected, t, t)).sum::<f64>(),
+        process: 0.5 * (0..steps).map(|t| trace_of_product(s, &noise.process, t + 1, t)).sum::<f64>(),
+        initial: 0.5 * trace_of_product(s, &noise.initial, 0, 0),
     }
 }
 
 /// `Tr(a_i b_j)` of symmetric matrices, by their padded rows.
-fn trace_of_product(a: &Matrices, b: &Matrices, (i, j): (usize, usize)) -> f64 {
+fn trace_of_product(a: &Matrices, b: &Matrices, i: usize, j: usize) -> f64 {
     rows::dot(a.at(i), b.at(j))
 }

@@ -31,7 +31,7 @@ pub(crate) fn film(task: &Task, phi: &[f64], trajectory: &Trajectory, sigma: &Ma
         ..Scene::default()
     };
     for (index, landmark) in first.picture.landmarks.iter().enumerate() {
-        let known: Vec<_> = seen.iter().zip(&steps).map(|(seen, &t)| covariance(seen, index, (sigma, t))).collect();
+        let known: Vec<_> = seen.iter().zip(&steps).map(|(seen, &t)| covariance(seen, index, sigma, t)).collect();
         match landmark.kind {
             LandmarkKind::Point => scene.beliefs.push(film_point(&seen, (index, landmark), &known)),
             LandmarkKind::Wall { normal, .. } => {
@@ -97,7 +97,7 @@ fn film_connection(seen: &[Seen], index: usize) -> Connection {
 }
 
 /// `J Sigma J'` of a landmark at a step.
-fn covariance(seen: &Seen, index: usize, (sigma, t): (&Matrices, usize)) -> [[f64; 3]; 3] {
+fn covariance(seen: &Seen, index: usize, sigma: &Matrices, t: usize) -> [[f64; 3]; 3] {
     let jacobian = &seen.jacobians[index];
     let n = sigma.rows();
     let mut out = [[0.0; 3]; 3];

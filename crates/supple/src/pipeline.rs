@@ -51,7 +51,7 @@ use crate::Error;
 use crate::belief_plan::{Memory, belief_plan_gradient, plan_belief};
 use crate::cost_parts::{CostParts, cost_parts};
 use crate::gradient::{
-    FrozenGradient, Functional, GradientWorkspace, Quantity, TotalGradient, frozen_gradient, information_at_rest,
+    FrozenGradient, Functional, GradientWorkspace, Planned, Quantity, frozen_gradient, information_at_rest,
     total_gradient,
 };
 use crate::plan::{
@@ -249,22 +249,6 @@ impl TaskState {
         }
     }
 
-    fn gradient_task<'a>(
-        task: &'a Task,
-        phi: &'a [f64],
-        (plan, belief, noise): (&'a Plan, &'a Belief, &'a Noise),
-    ) -> TotalGradient<'a> {
-        TotalGradient {
-            system: &*task.system,
-            phi,
-            noise_model: &task.noise,
-            initial_state: &task.initial_state,
-            plan,
-            belief,
-            noise,
-        }
-    }
-
     /// The total gradient of a functional at the evaluated design.
     ///
     /// # Errors
@@ -282,7 +266,7 @@ impl TaskState {
         self.has_total_gradient()?;
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));
-        let given = Self::gradient_task(task, phi, (plan, belief, noise));
+        let given = planned(task.at(phi), plan, belief, noise);
         total_gradient(&given, functional, work, scratch, out)
     }
 
@@ -296,7 +280,7 @@ impl TaskState {
         }
         self.has_total_gradient()?;
         let Self { plan, belief, noise, scratch, .. } = self;
-        Self::gradient_task(task, phi, (plan, belief, noise)).nominal(scratch, out);
+        planned(task.at(phi), plan, belief, noise).nominal(scratch, out);
         Ok(())
     }
 
@@ -342,7 +326,7 @@ impl TaskState {
     pub(crate) fn information_at_rest(&mut self, task: &Task, phi: &[f64]) -> [Vec<f64>; 2] {
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));
-        let given = Self::gradient_task(task, phi, (plan, belief, noise));
+        let given = planned(task.at(phi), plan, belief, noise);
         information_at_rest(&given, work, scratch)
     }
 
@@ -350,7 +334,19 @@ impl TaskState {
     pub fn frozen_gradient(&mut self, task: &Task, phi: &[f64], out: &mut FrozenGradient) {
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));
-        frozen_gradient((&*task.system, phi, &task.noise), (plan, belief, noise), work, scratch, out);
+        frozen_gradient(&planned(task.at(phi), plan, belief, noise), work, scratch, out);
+    }
+}
+
+fn planned<'a>(TaskAt { task, phi }: TaskAt<'a>, plan: &'a Plan, belief: &'a Belief, noise: &'a Noise) -> Planned<'a> {
+    Planned {
+        system: &*task.system,
+        phi,
+        noise_model: &task.noise,
+        initial_state: &task.initial_state,
+        plan,
+        belief,
+        noise,
     }
 }
 

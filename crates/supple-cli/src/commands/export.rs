@@ -26,7 +26,7 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
         check_out(format, out)?;
     }
     let folder = Folder::load(&options.folder)?;
-    let exported = ExportedController::of(&folder, None, (options.task.as_deref(), at))?;
+    let exported = ExportedController::of(&folder, None, options.task.as_deref(), at)?;
     let standard = || PathBuf::from(format!("{}.{}", exported.name(), format.extension()));
     let out = options.out.clone().unwrap_or_else(standard);
     for path in exported.write(format, &out)? {

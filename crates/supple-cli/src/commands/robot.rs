@@ -45,12 +45,7 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     let tree = Tree::new(&robot);
     let lists = [("--q", &options.q), ("--v", &options.v), ("--tau", &options.tau)];
     if !options.json && lists.iter().all(|(_, list)| list.is_none()) {
-        print_text(&page::robot_page(
-            &robot,
-            &tree,
-            (gravity, if is_task { "task" } else { "file" }),
-            options.verbose,
-        ))?;
+        print_text(&page::robot_page(&robot, &tree, gravity, if is_task { "task" } else { "file" }, options.verbose))?;
         return Ok(Outcome::Success);
     }
     let [q, v, tau] = lists.map(|(option, list)| by_joint(option, list.as_deref().unwrap_or_default(), tree.joints()));

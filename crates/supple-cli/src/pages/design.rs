@@ -74,7 +74,7 @@ fn parameters(about: &About, report: &DesignReport) -> Rows {
 fn results(about: &About, report: &DesignReport) -> Rows {
     let (start, optimum) = (&report.start, &report.optimum);
     let mut results = table(&["", "from", "to", "change", "bound", ""]);
-    informations::add_rows(&mut results, (about, report));
+    informations::add_rows(&mut results, about, report);
     for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
         let (from, to) = (before.cost.expected, after.cost.expected);
         let missed = optimum.missed_bound(after);

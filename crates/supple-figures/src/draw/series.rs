@@ -190,16 +190,16 @@ fn markers(canvas: &mut Canvas, places: &[Place], style: &Style) {
     for &(x, y) in places.iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
         match marker {
             Marker::Circle => canvas.circle((x, y), RADIUS, paint),
-            Marker::Square => polygon(canvas, (x, y), (4, 45.0), &[1.25], paint),
-            Marker::Triangle => polygon(canvas, (x, y), (3, 90.0), &[1.4], paint),
-            Marker::Diamond => polygon(canvas, (x, y), (4, 90.0), &[1.4], paint),
-            Marker::Star => polygon(canvas, (x, y), (10, 90.0), &[2.1, 0.9], paint),
+            Marker::Square => polygon(canvas, (x, y), 4, 45.0, &[1.25], paint),
+            Marker::Triangle => polygon(canvas, (x, y), 3, 90.0, &[1.4], paint),
+            Marker::Diamond => polygon(canvas, (x, y), 4, 90.0, &[1.4], paint),
+            Marker::Star => polygon(canvas, (x, y), 10, 90.0, &[2.1, 0.9], paint),
         }
     }
 }
 
 /// A polygon around a place, with corners from an angle on, at radii in turn.
-fn polygon(canvas: &mut Canvas, (x, y): Place, (corners, first): (usize, f64), radii: &[f64], paint: Paint) {
+fn polygon(canvas: &mut Canvas, (x, y): Place, corners: usize, first: f64, radii: &[f64], paint: Paint) {
     let corner = |index: usize| {
         let angle = first.to_radians() + std::f64::consts::TAU * index as f64 / corners as f64;
         let radius = RADIUS * radii[index % radii.len()];

@@ -317,8 +317,8 @@ impl Reader<'_> {
         let kinds = cost::kinds(context.kinds);
         let read = |number: usize| {
             let at = ["tasks".into(), self.index.into(), "costs".into(), number.into()];
-            let table = self.document.table_with_kind(&at, &kinds)?;
-            cost::read(table, (self.document, &at), context, &self.kinds.norms)
+            let (kind, table) = self.document.table_with_kind(&at, &kinds)?;
+            cost::read(kind, table, self.document.spot(&at), context, &self.kinds.norms)
         };
         (0..count).map(read).collect()
     }

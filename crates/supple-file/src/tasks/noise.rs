@@ -71,8 +71,10 @@ impl Reader<'_> {
     /// A covariance that is given by one of two keys: variances or a matrix, or standard deviations.
     fn given(
         &self,
-        (key, deviation_key): (&'static str, &'static str),
-        (rows, deviations): (Option<Rows>, Option<Rows>),
+        key: &'static str,
+        deviation_key: &'static str,
+        rows: Option<Rows>,
+        deviations: Option<Rows>,
         names: Option<&[String]>,
     ) -> Result<Option<Covariance>, FileError> {
         let wrong = |places: &[Place], message: String| {
@@ -120,16 +122,14 @@ impl Reader<'_> {
         let own_states = size.states - model.recalled().len();
         let missing = |key: &'static str| self.error(&["noise".into(), key.into()], "is missing");
         let own =
-            self.given(("measurement", "measurement_deviation"), (file.measurement, file.measurement_deviation), None)?;
+            self.given("measurement", "measurement_deviation", file.measurement, file.measurement_deviation, None)?;
         let measurement = match (own, model.variances()) {
             (Some(own), _) => self.equipped(own, model)?,
             (None, Some(variances)) => Covariance::Diagonal(variances),
             (None, None) => return Err(missing("measurement")),
         };
-        let initial =
-            self.given(("initial", "initial_deviation"), (file.initial, file.initial_deviation), Some(states))?;
-        let process =
-            self.given(("process", "process_deviation"), (file.process, file.process_deviation), Some(states))?;
+        let initial = self.given("initial", "initial_deviation", file.initial, file.initial_deviation, Some(states))?;
+        let process = self.given("process", "process_deviation", file.process, file.process_deviation, Some(states))?;
         let file = NoiseModel {
             initial: initial.ok_or_else(|| missing("initial"))?,
             process: process.ok_or_else(|| missing("process"))?,

@@ -5,7 +5,7 @@ use crate::{Job, LANES, Lanes};
 
 /// `out (cols x rows) = a'` for `a` of `rows x cols`.
 #[inline(always)]
-pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, (rows, cols): (usize, usize)) {
+pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, rows: usize, cols: usize) {
     if rows == 0 || cols == 0 {
         return;
     }

@@ -313,7 +313,7 @@ fn symmetry_and_transposes_at_every_level() {
         fn run<L: Lanes>(self) {
             let Self([mean, lower, upper, single], out, _) = self;
             let (n, stride) = (mean.rows(), mean.stride());
-            transpose::<L, R>(ViewMut::new(out.at_mut(0), stride), View::new(mean.at(0), stride), (n, n));
+            transpose::<L, R>(ViewMut::new(out.at_mut(0), stride), View::new(mean.at(0), stride), n, n);
             symmetrise::<L, R>(ViewMut::new(mean.at_mut(0), stride), n);
             mirror::<L, R>(ViewMut::new(lower.at_mut(0), stride), n);
             mirror_upper::<L, R>(ViewMut::new(upper.at_mut(0), stride), n);

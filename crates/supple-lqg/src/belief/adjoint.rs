@@ -73,10 +73,11 @@ impl BeliefAdjoint {
 /// to `noise_adjoint`, whose constant matrices accumulate the sums over all steps.
 ///
 /// ```
-/// use supple_lqg::{Belief, BeliefAdjoint, BeliefSeeds, KnotAdjoints, Knots, Noise, constant, kalman, reverse_kalman};
+/// use supple_lqg::{Belief, BeliefAdjoint, BeliefSeeds, KnotAdjoints, Knots, LinearQuadratic, Noise, constant, kalman, reverse_kalman};
 ///
 /// // With A = 0, the 11 measurements are independent: each gives 1/2 ln((1 + V) / V) nats, here with V = 1.
-/// let knots = Knots::linear(10, (&[[0.0]], &[[0.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[0.0]], b: &[[0.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(10, plant)?;
 /// let one = constant(&[[1.0]]);
 /// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
 /// let mut belief = Belief::zeros(1, 1, 10);
@@ -221,7 +222,7 @@ impl Sweep<'_> {
                 v[i * small + j] += rows::dot(row, other);
             }
         } else {
-            transpose::<L, R>(ViewMut::new(turned, small), gain, (p, n));
+            transpose::<L, R>(ViewMut::new(turned, small), gain, p, n);
             let (left, right) = (Left::plain(cross, stride), View::new(turned, small));
             Product { left, right, rows: p, inner: n, width: small }.add::<L, R>(ViewMut::new(v, small));
         }

@@ -23,10 +23,11 @@ use crate::shape::Shape;
 /// If an innovation covariance is not positive definite; the error's step is the index of the sample.
 ///
 /// ```
-/// use supple_lqg::{Belief, Knots, constant, correct_each, predict_each};
+/// use supple_lqg::{Belief, Knots, LinearQuadratic, constant, correct_each, predict_each};
 ///
 /// // Two samples with the prior variances 1 and 3; measurement noise of variance 1, process noise of variance 0.5.
-/// let knots = Knots::linear(2, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(2, plant)?;
 /// let mut belief = Belief::zeros(1, 1, 1);
 /// belief.predicted.set(0, 0, 0, 1.0);
 /// belief.predicted.set(1, 0, 0, 3.0);

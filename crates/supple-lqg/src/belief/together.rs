@@ -71,7 +71,7 @@ impl<R: Rows> Job for Correct<'_, R> {
         }
         if !alone {
             let seen = |i: usize, j: usize| dot(&cross[i * narrow..i * narrow + n], &c[j * narrow..j * narrow + n]);
-            told = trace_by_noise((v, small), p, (noise_factor.at_mut(0), column.at_mut(0)), seen);
+            told = trace_by_noise(v, small, p, noise_factor.at_mut(0), column.at_mut(0), seen);
         }
         let few = array::hides(over_pivot) || array::blurs(over_pivot, told);
 
@@ -97,13 +97,13 @@ impl<R: Rows> Job for Correct<'_, R> {
         symmetrise::<L, R>(ViewMut::new(corrected, narrow), n);
         let shrinks = (0..n).any(|j| array::hides(predicted[j * narrow + j] / corrected[j * narrow + j]));
         let gain = &belief.gain_transposed.at(t)[..p * narrow];
-        let few = few || shrinks && shows(n, narrow, [predicted, corrected], (gain, c));
+        let few = few || shrinks && shows(n, narrow, [predicted, corrected], gain, c);
         Ok(if few { Digits::Few } else { Digits::Enough })
     }
 }
 
 /// Whether rounding of `P` affects `Sigma`: an error `dP` propagates to `(I - L C) dP (I - L C)'`.
-fn shows(n: usize, stride: usize, [predicted, corrected]: [&[f64]; 2], (gain, c): (&[f64], &[f64])) -> bool {
+fn shows(n: usize, stride: usize, [predicted, corrected]: [&[f64]; 2], gain: &[f64], c: &[f64]) -> bool {
     let deviation = |j: usize| predicted[j * (stride + 1)].sqrt();
     (0..n).any(|j| {
         let left = |k: usize| {
@@ -117,9 +117,11 @@ fn shows(n: usize, stride: usize, [predicted, corrected]: [&[f64]; 2], (gain, c)
 /// `Tr(M V^-1)` of an `M` given by its entries, with a factor of `V` and one column as work space; infinite if `V` is not
 /// positive definite.
 fn trace_by_noise(
-    (v, stride): (&[f64], usize),
+    v: &[f64],
+    stride: usize,
     p: usize,
-    (factor, column): (&mut [f64], &mut [f64]),
+    factor: &mut [f64],
+    column: &mut [f64],
     entry: impl Fn(usize, usize) -> f64,
 ) -> f64 {
     for i in 0..p {

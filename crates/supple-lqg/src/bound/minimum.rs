@@ -76,9 +76,10 @@ pub fn minimum_information(
 ///
 /// ```
 /// use supple_lqg::bound::{BoundSettings, Horizon, minimum_information_within};
-/// use supple_lqg::{Knots, Noise, Policy, constant};
+/// use supple_lqg::{Knots, LinearQuadratic, Noise, Policy, constant};
 ///
-/// let knots = Knots::linear(10, (&[[1.2]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.2]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(10, plant)?;
 /// let one = constant(&[[1.0]]);
 /// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
 /// // A policy of zeros holds no control at a limit.

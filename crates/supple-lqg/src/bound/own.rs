@@ -46,7 +46,7 @@ pub struct OwnRates {
 ///
 /// ```
 /// use supple_lqg::bound::{Stationary, own_rates, regulator_distance};
-/// use supple_lqg::{Knots, Noise, constant};
+/// use supple_lqg::{Knots, LinearQuadratic, Noise, constant};
 ///
 /// // x+ = x + u + w and y = x + v, with the cost (x^2 + u^2) / 2 per step.
 /// let (dynamics, cost, one) = (constant(&[[1.0, 1.0]]), constant(&[[1.0, 0.0], [0.0, 1.0]]), constant(&[[1.0]]));
@@ -54,7 +54,8 @@ pub struct OwnRates {
 /// assert!(regulator_distance(&plant, &dynamics, &cost)? < 1e-8, "its regulator is exact but for rounding");
 ///
 /// // With W = 1 and V = 2 the variance before each measurement is 2: 1/2 ln((2 + 2) / 2).
-/// let knots = Knots::linear(2, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(2, plant)?;
 /// let noise = Noise { initial: one.clone(), process: one, measurement: constant(&[[2.0]]) };
 /// let own = own_rates(&plant, &knots, &noise)?.ok_or("the filter has no steady state")?;
 /// assert!((own.measurement_nats - 0.5 * 2f64.ln()).abs() < 1e-9);
@@ -138,7 +139,7 @@ impl Filter<'_> {
         let indefinite = || Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
         let innovation = symmetric(*c * predicted * c.transpose() + *v).cholesky().ok_or_else(indefinite)?;
         let gain = innovation.solve(&(*c * predicted)).transpose();
-        let corrected = joseph(predicted, (*c, *v), &gain);
+        let corrected = joseph(predicted, c, v, &gain);
         Ok(Step { next: symmetric(*a * &corrected * a.transpose() + *w), corrected, gain, innovation })
     }
 }

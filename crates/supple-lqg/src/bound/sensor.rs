@@ -125,7 +125,7 @@ fn correct(predicted: &Dense, sensor: &Reduced, precision: f64) -> Option<Correc
     let half = solve_lower(&factor, c * predicted);
     let inverse = inverse_lower(&factor);
     let gain = half.transpose() * inverse;
-    let posterior = joseph(predicted, (c, &noise), &gain);
+    let posterior = joseph(predicted, c, &noise, &gain);
     Some(Corrected { posterior, gain })
 }
 

@@ -20,11 +20,12 @@ use crate::riccati::Policy;
 /// Where `V` is not positive definite.
 ///
 /// ```
-/// use supple_lqg::{Belief, Information, Knots, Noise, Policy, Regularisation};
+/// use supple_lqg::{Belief, Information, Knots, LinearQuadratic, Noise, Policy, Regularisation};
 /// use supple_lqg::{constant, control_information, information, kalman, solve_riccati};
 ///
 /// let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
-/// let knots = Knots::linear(100, (&a, &b, &c), (&[[1.0, 0.0], [0.0, 0.1]], &[[0.01]]))?;
+/// let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
+/// let knots = Knots::linear(100, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, 100);
 /// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
 ///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
@@ -164,9 +165,9 @@ impl Means {
         belief.write_reduction::<L>(t, &mut self.innovation);
         if t > 0 {
             let a = View::new(knots.dynamics.at(t - 1), knots.dynamics.stride());
-            transpose::<L, Long>(ViewMut::new(&mut self.dynamics, narrow), a, (n, n));
+            transpose::<L, Long>(ViewMut::new(&mut self.dynamics, narrow), a, n, n);
             let c = View::new(knots.measurement.at(t), narrow);
-            transpose::<L, Long>(ViewMut::new(&mut self.seen, small), c, (p, n));
+            transpose::<L, Long>(ViewMut::new(&mut self.seen, small), c, p, n);
             let (left, right) = (Left::plain(&self.dynamics, narrow), View::new(&self.seen, small));
             let product = Product { left, right, rows: n, inner: n, width: small };
             product.set::<L, Long>(ViewMut::new(&mut self.seen_next, small));
@@ -205,7 +206,7 @@ impl Means {
         let Dimensions { states: n, controls: m, .. } = self.dimensions;
         let (narrow, short) = (padded(n), padded(m));
         let k = View::new(feedback.at(t), narrow);
-        transpose::<L, Long>(ViewMut::new(&mut self.feedback, short), k, (m, n));
+        transpose::<L, Long>(ViewMut::new(&mut self.feedback, short), k, m, n);
         // An upper bound on the variance of each control, given the states.
         let (left, right) = (Left::transposed(&self.known, narrow), View::new(&self.feedback, short));
         let product = Product { left, right, rows: n, inner: n, width: short };

@@ -18,10 +18,11 @@ use crate::riccati::Policy;
 /// Where `V` is not positive definite.
 ///
 /// ```
-/// use supple_lqg::{Belief, Knots, Noise, Partials, Policy, Regularisation};
+/// use supple_lqg::{Belief, Knots, LinearQuadratic, Noise, Partials, Policy, Regularisation};
 /// use supple_lqg::{add_control_partials, constant, control_information, kalman, solve_riccati};
 ///
-/// let knots = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[0.9]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(10, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, 10);
 /// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
 ///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;

@@ -57,10 +57,11 @@ pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Res
 /// `None` where a covariance is singular, as it is when a state is known exactly.
 ///
 /// ```
-/// use supple_lqg::{Belief, Information, Knots, Noise};
+/// use supple_lqg::{Belief, Information, Knots, LinearQuadratic, Noise};
 /// use supple_lqg::{constant, entropy_form, information, kalman, paper_form, recursion_radius};
 ///
-/// let knots = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[0.9]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(10, plant)?;
 /// let one = constant(&[[1.0]]);
 /// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
 /// let (mut belief, mut measured) = (Belief::zeros(1, 1, 10), Information::default());

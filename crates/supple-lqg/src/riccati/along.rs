@@ -8,10 +8,11 @@ use super::policy::Policy;
 /// `joint` receives `dz` (its control part 0 at the end), `costates` receives `dlambda`.
 ///
 /// ```
-/// use supple_lqg::{Knots, Matrices, Policy, Regularisation, solve_lq, solve_riccati};
+/// use supple_lqg::{Knots, LinearQuadratic, Matrices, Policy, Regularisation, solve_lq, solve_riccati};
 ///
 /// // One step of x+ = x + u, with cost slope 4 and curvature 2 in u: 1 of the step, 1 of the end.
-/// let mut knots = Knots::linear(1, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let mut knots = Knots::linear(1, plant)?;
 /// knots.cost.set(0, 1, 2, 4.0);
 /// let mut policy = Policy::zeros(knots.dimensions, 1);
 /// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)

@@ -42,10 +42,11 @@ use crate::shape::{Shape, by_length};
 /// The step at which `Q_uu` is not positive definite.
 ///
 /// ```
-/// use supple_lqg::{Knots, Policy, Regularisation, solve_riccati};
+/// use supple_lqg::{Knots, LinearQuadratic, Policy, Regularisation, solve_riccati};
 ///
 /// // x+ = x + u with the cost (x^2 + u^2) / 2 per step: the curvature of the cost-to-go tends to the golden ratio.
-/// let knots = Knots::linear(50, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(50, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, knots.steps());
 /// let decrease = solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
 ///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
@@ -68,10 +69,11 @@ pub fn solve_riccati(
 /// The step at which `Q_uu` is not positive definite on the controls that are free.
 ///
 /// ```
-/// use supple_lqg::{ControlBounds, Knots, Limits, Lq, Matrices, Policy, Regularisation, solve_limited};
+/// use supple_lqg::{ControlBounds, Knots, Limits, LinearQuadratic, Lq, Matrices, Policy, Regularisation, solve_limited};
 ///
 /// // One step of x+ = x + u about 0, where the cost has the slope 4 in u: the minimum, u = -2, violates a bound.
-/// let mut knots = Knots::linear(1, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let mut knots = Knots::linear(1, plant)?;
 /// knots.cost.set(0, 1, 2, 4.0);
 /// let (bounds, controls) = (ControlBounds::new(&[(-1.0, 1.0)]), Matrices::vectors(1, 1));
 /// let lq = Lq {

@@ -66,7 +66,8 @@ impl Products {
         &mut self,
         shape: Shape<R>,
         carried: Carried,
-        (s, f): (&[f64], &[f64]),
+        s: &[f64],
+        f: &[f64],
         cost: View,
         q: ViewMut,
     ) {

@@ -32,7 +32,7 @@ pub(super) fn form<L: Lanes, R: Rows>(
     let q = ViewMut::new(q.at_mut(0), wide);
     match carried {
         Some(carried) if R::CALLED => {
-            products.carry::<L, R>(shape, carried, (s, f), cost, q);
+            products.carry::<L, R>(shape, carried, s, f, cost, q);
             let h = carried.rows;
             let weights = products.lend(h);
             for ((weight, q), v) in weights.iter_mut().zip(next_slope).zip(&next_slope[h..]) {

@@ -15,9 +15,10 @@ use super::policy::Policy;
 /// Vectors `w` hold m numbers of each of N steps.
 ///
 /// ```
-/// use supple_lqg::{Knots, Matrices, Policy, Regularisation, Rooted, solve_riccati};
+/// use supple_lqg::{Knots, LinearQuadratic, Matrices, Policy, Regularisation, Rooted, solve_riccati};
 ///
-/// let mut knots = Knots::linear(1, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let mut knots = Knots::linear(1, plant)?;
 /// knots.cost.set(0, 1, 2, 4.0); // the slope in u
 /// let mut policy = Policy::zeros(knots.dimensions, 1);
 /// policy.keep_roots();

@@ -14,9 +14,10 @@ use crate::noise::Noise;
 /// with an initial inverse response.
 ///
 /// ```
-/// use supple_lqg::{Knots, Noise, Policy, Regularisation, constant, least_cost_rounding, solve_riccati};
+/// use supple_lqg::{Knots, LinearQuadratic, Noise, Policy, Regularisation, constant, least_cost_rounding, solve_riccati};
 ///
-/// let knots = Knots::linear(50, (&[[1.0]], &[[1.0]], &[[1.0]]), (&[[1.0]], &[[1.0]]))?;
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(50, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, knots.steps());
 /// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
 ///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;

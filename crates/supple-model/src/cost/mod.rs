@@ -20,7 +20,7 @@ use supple_kernels::Scalar;
 
 #[cfg(feature = "schema")]
 use crate::document::merged;
-use crate::document::{Document, FileError, Place, ReadError, Reader};
+use crate::document::{FileError, Place, ReadError, Reader, Spot};
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Kinds, Quantity, StateAndControl, Unfit};
 use crate::value::OneOrMore;
@@ -316,22 +316,18 @@ pub fn kinds(quantities: &Kinds) -> Vec<&'static str> {
 /// target = [0.5, 0.1]
 /// weight = 1.0
 /// ```
-pub fn read(
-    (kind, table): (&str, Reader),
-    (document, at): (&Document, &[Place]),
-    context: &Context,
-    norms: &Norms,
-) -> Result<Cost, FileError> {
+pub fn read(kind: &str, table: Reader, spot: Spot, context: &Context, norms: &Norms) -> Result<Cost, FileError> {
+    let Spot { document, at } = spot;
     let kinds = kinds(context.kinds);
     if !kinds.contains(&kind) {
         return Err(document.unknown_kind(at, kind, &kinds));
     }
     let wrong = |error: ReadError| document.read_error(at, error);
     let cost = if kind == quadratic::NAME {
-        quadratic::File::deserialize(table).map_err(wrong)?.cost((document, at), context)?
+        quadratic::File::deserialize(table).map_err(wrong)?.cost(spot, context)?
     } else {
         let keys = if kind == "frame_pose" { KEYS_OF_POSES } else { KEYS };
-        let quantity = context.read((kind, table.beside(keys)), (document, at))?;
+        let quantity = context.read(kind, table.beside(keys), spot)?;
         let file = File::deserialize(table.only(keys)).map_err(wrong)?;
         let norm: Vec<Place> = at.iter().copied().chain(["norm".into()]).collect();
         let norm = norms.read(document, &norm)?;

@@ -7,7 +7,7 @@ use supple_text::FileError;
 
 use super::{Cost, Weights};
 use crate::Value;
-use crate::document::{Document, Place};
+use crate::document::{Place, Spot};
 use crate::noise::Covariance;
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Measurable, StateAndControl};
@@ -37,7 +37,7 @@ impl File {
     ///
     /// # Errors
     /// If a matrix has the wrong size for the model, or is not symmetric.
-    pub fn cost(mut self, (document, at): (&Document, &[Place]), context: &Context) -> Result<Cost, FileError> {
+    pub fn cost(mut self, Spot { document, at }: Spot, context: &Context) -> Result<Cost, FileError> {
         let (n, m) = (context.vocabulary.states.len(), context.vocabulary.controls());
         let make_symmetric = |key: &'static str, rows: &mut [Vec<Value>], order: usize| {
             let error = |entry: &[Place], message: String| {

@@ -88,7 +88,24 @@ pub struct Document<'a> {
     names: Option<Rc<Names>>,
 }
 
+/// A table of a document, by its place: where an error about it points.
+///
+/// Example: [`read_sensor`](crate::quantity::read_sensor).
+#[derive(Clone, Copy)]
+pub struct Spot<'a> {
+    /// The document.
+    pub document: &'a Document<'a>,
+    /// The table's place in it.
+    pub at: &'a [Place<'a>],
+}
+
 impl<'a> Document<'a> {
+    /// The table at a place.
+    #[must_use]
+    pub fn spot(&'a self, at: &'a [Place<'a>]) -> Spot<'a> {
+        Spot { document: self, at }
+    }
+
     /// A document parsed from `text`; errors call the file `name`. `supple_file::parse_document` reads TOML.
     #[must_use]
     pub fn new(name: &'a str, text: &'a str, root: Table<'a>) -> Self {

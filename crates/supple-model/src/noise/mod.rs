@@ -247,12 +247,12 @@ impl NoiseModel {
     /// vectors of length n, which are held fixed.
     ///
     /// Where the noise varies with the state, the adjoint of `V` has a matrix for each step, see [`clear`](Self::clear).
-    pub fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Noise, parameters: &mut [f64]) {
+    pub fn add_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Noise, parameters: &mut [f64]) {
         self.initial.add_gradient(phi, &adjoint.initial, parameters);
         self.process.add_gradient(phi, &adjoint.process, parameters);
         self.measurement.add_gradient(phi, &adjoint.measurement, parameters);
         for varying in &self.varying {
-            varying.add_gradient((phi, states), &adjoint.measurement, parameters);
+            varying.add_gradient(phi, states, &adjoint.measurement, parameters);
         }
     }
 

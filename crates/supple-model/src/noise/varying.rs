@@ -51,7 +51,7 @@ impl VaryingVariance {
     }
 
     /// Gradient with respect to center and coefficient: the adjoint of `V_jj` at each step times its derivatives.
-    pub(super) fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Matrices, parameters: &mut [f64]) {
+    pub(super) fn add_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Matrices, parameters: &mut [f64]) {
         let VaryingNoise { measurement: j, state, center, coefficient } = VaryingNoise::of(self, phi);
         let (mut by_center, mut by_coefficient) = (0.0, 0.0);
         for step in 0..states.count() {

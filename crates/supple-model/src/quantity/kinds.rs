@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::{Measurable, Quantity, Unfit, Vocabulary};
-use crate::document::{Described, Document, FileError, Place, ReadError, Reader, Registry};
+use crate::document::{Described, FileError, ReadError, Reader, Registry, Spot};
 use crate::parameters::Parameters;
 
 /// How a kind of quantity is read from a task file.
@@ -122,11 +122,7 @@ impl Context<'_> {
     ///
     /// # Errors
     /// Where there is no such kind, or the table is wrong or does not fit the model.
-    pub fn read(
-        &self,
-        (kind, table): (&str, Reader),
-        (document, at): (&Document, &[Place]),
-    ) -> Result<Quantity, FileError> {
+    pub fn read(&self, kind: &str, table: Reader, Spot { document, at }: Spot) -> Result<Quantity, FileError> {
         let reads = self.kinds.0.get(kind).ok_or_else(|| document.unknown_kind(at, kind, &self.kinds.names()))?;
         let quantity = (reads.build)(table, self.vocabulary)
             .map_err(|error| document.read_error(at, error))?

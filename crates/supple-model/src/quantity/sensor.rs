@@ -8,7 +8,7 @@ use super::Kinds;
 use super::{Context, Quantity, Unfit};
 use crate::Value;
 use crate::channels::Channel;
-use crate::document::{DEVIATION, Document, Place, Reader, variances, with_noise_key};
+use crate::document::{DEVIATION, Reader, Spot, variances, with_noise_key};
 #[cfg(feature = "schema")]
 use crate::document::{merged, with_deviation};
 use crate::parameters::Parameters;
@@ -57,8 +57,7 @@ struct File {
 /// deviation = 1e-3
 /// ```
 pub struct Noise<'a> {
-    document: &'a Document<'a>,
-    at: &'a [Place<'a>],
+    spot: Spot<'a>,
     /// `variance` or `deviation`.
     key: &'static str,
 }
@@ -68,13 +67,10 @@ impl<'a> Noise<'a> {
     ///
     /// # Errors
     /// Where it has both.
-    pub fn of<'t>(
-        table: Reader<'t>,
-        (document, at): (&'a Document<'a>, &'a [Place<'a>]),
-    ) -> Result<(Self, Reader<'t>), FileError> {
-        let wrong = |message: &str| Unfit::new(DEVIATION, message).at(document, at);
+    pub fn of<'t>(table: Reader<'t>, spot: Spot<'a>) -> Result<(Self, Reader<'t>), FileError> {
+        let wrong = |message: &str| Unfit::new(DEVIATION, message).at(spot.document, spot.at);
         let (key, table) = with_noise_key(table).map_err(wrong)?;
-        Ok((Self { document, at, key }, table))
+        Ok((Self { spot, key }, table))
     }
 
     /// The variance of each of `count` entries, from what the key gives.
@@ -82,7 +78,7 @@ impl<'a> Noise<'a> {
     /// # Errors
     /// If there is neither one variance nor `count` of them, or one is not above 0.
     pub fn variances(&self, given: OneOrMore, count: usize, parameters: &Parameters) -> Result<Vec<Value>, FileError> {
-        let wrong = |message: String| Unfit::new(self.key, message).at(self.document, self.at);
+        let wrong = |message: String| Unfit::new(self.key, message).at(self.spot.document, self.spot.at);
         let each = given.each(count).map_err(wrong)?;
         variances(self.key, each, parameters)
             .map_err(|found| wrong(format!("must be above 0: sensor noise is required; {found}")))
@@ -102,21 +98,17 @@ impl<'a> Noise<'a> {
 /// select = ["elbow"]
 /// variance = 1e-2
 /// ```
-pub fn read_sensor(
-    (kind, table): (&str, Reader),
-    (document, at): (&Document, &[Place]),
-    context: &Context,
-) -> Result<Sensor, FileError> {
-    let unfit = |key: &'static str, message: &str| Unfit::new(key, message).at(document, at);
-    let (noise, keys_of_noise) = Noise::of(table, (document, at))?;
-    let quantity = context.read((kind, table.beside(KEYS)), (document, at))?;
+pub fn read_sensor(kind: &str, table: Reader, spot: Spot, context: &Context) -> Result<Sensor, FileError> {
+    let unfit = |key: &'static str, message: &str| Unfit::new(key, message).at(spot.document, spot.at);
+    let (noise, keys_of_noise) = Noise::of(table, spot)?;
+    let quantity = context.read(kind, table.beside(KEYS), spot)?;
     if quantity.needs_next() && (0..quantity.len()).any(|entry| quantity.rate_of(entry).is_none()) {
         return Err(unfit("kind", &format!("`{kind}` cannot be measured: it depends on the next state")));
     }
     if quantity.is_empty() {
         return Err(unfit("select", "name at least one"));
     }
-    let file = File::deserialize(keys_of_noise.only(KEYS)).map_err(|error| document.read_error(at, error))?;
+    let file = File::deserialize(keys_of_noise.only(KEYS)).map_err(|error| spot.document.read_error(spot.at, error))?;
     let variances = noise.variances(file.variance, quantity.len(), context.parameters)?;
     Ok(Sensor { channels: quantity.channels(context.vocabulary), quantity, variances })
 }

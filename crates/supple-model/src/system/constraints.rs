@@ -115,7 +115,7 @@ impl dyn Constraints + '_ {
 
 /// Adds `slope e_z` to the last column of one matrix `[H | h]`, given by its padded rows, and `rho e_z' e_z` to its square
 /// part.
-pub fn add_excess(quadratic: &mut [f64], stride: usize, gradient: &[f64], (slope, rho): (f64, f64)) {
+pub fn add_excess(quadratic: &mut [f64], stride: usize, gradient: &[f64], slope: f64, rho: f64) {
     let joint = gradient.len();
     for (entry, row) in gradient.iter().zip(quadratic.chunks_exact_mut(stride)) {
         row[joint] += slope * entry;

@@ -362,7 +362,7 @@ impl Job for Weigh<'_> {
             let (left, right) = (Left::plain(rows, stride), View::new(&symmetric, stride));
             let through = Product { left, right, rows: count, inner: joint, width: stride };
             through.set::<L, Long>(ViewMut::new(&mut half, stride));
-            transpose::<L, Long>(ViewMut::new(&mut turned, narrow), View::new(rows, stride), (count, joint));
+            transpose::<L, Long>(ViewMut::new(&mut turned, narrow), View::new(rows, stride), count, joint);
             let (left, right) = (Left::plain(&half, stride), View::new(&turned, narrow));
             let both = Product { left, right, rows: count, inner: joint, width: narrow };
             both.set::<L, Long>(ViewMut::new(weighed.at_mut(point), to));

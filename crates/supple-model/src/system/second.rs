@@ -71,7 +71,7 @@ impl Job for Compose<'_> {
                 let halves = Product { left, right, rows: joint, inner: unknowns, width: narrow };
                 halves.add::<L, Long>(ViewMut::new(by_mixed, narrow));
             }
-            transpose::<L, Long>(ViewMut::new(&mut moved, wide), View::new(responses, narrow), (joint, unknowns));
+            transpose::<L, Long>(ViewMut::new(&mut moved, wide), View::new(responses, narrow), joint, unknowns);
             let right = View::new(&moved, wide);
             let left = Left::plain(by_mixed, narrow);
             let product = Product { left, right, rows: mixed.len(), inner: unknowns, width: wide };

@@ -343,7 +343,8 @@ impl Job for Divide<'_> {
                 transpose::<L, Long>(
                     ViewMut::new(&mut turned, narrow),
                     View::new(products.at(point), stride),
-                    (n, joint),
+                    n,
+                    joint,
                 );
                 let (left, right) = (Left::plain(&adjoint, stride), View::new(&turned, narrow));
                 let moved = Product { left, right, rows: n, inner: joint, width: narrow };

@@ -87,8 +87,8 @@ fn gains(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<Ma
     let mut views = Vec::new();
     for (control, name) in first.control_names.iter().enumerate() {
         let unit = first.control_units.get(control).map_or("", String::as_str);
-        views.push(feedback_view(runs, control, (name, unit), &order, plots));
-        views.push(forward_view(runs, control, (name, unit), plots));
+        views.push(feedback_view(runs, control, name, unit, &order, plots));
+        views.push(forward_view(runs, control, name, unit, plots));
     }
     debug_assert_eq!(traces.len(), runs.len() * (states + 1));
     let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
@@ -140,7 +140,7 @@ fn style(state: usize) -> Value {
     json!({ "color": crate::plots::colour(state), "dash": dash, "width": 1.5 })
 }
 
-fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), order: &[usize], plots: &mut Plots) -> View {
+fn feedback_view(runs: &[Run], control: usize, name: &str, unit: &str, order: &[usize], plots: &mut Plots) -> View {
     let mut view = View { name: format!("Feedback to {name}"), ..Default::default() };
     let mut sizes = Vec::new();
     for (panel, run) in runs.iter().enumerate() {
@@ -168,7 +168,7 @@ fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), order
     view
 }
 
-fn forward_view(runs: &[Run], control: usize, (name, unit): (&str, &str), plots: &mut Plots) -> View {
+fn forward_view(runs: &[Run], control: usize, name: &str, unit: &str, plots: &mut Plots) -> View {
     let mut view = View { name: format!("Feedforward of {name}"), ..Default::default() };
     let mut sizes = Vec::new();
     for (panel, run) in runs.iter().enumerate() {

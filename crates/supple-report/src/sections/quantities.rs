@@ -179,7 +179,7 @@ fn of_lines(runs: &[Run], label: &str, of: impl Fn(&Run) -> Lines, plots: &mut P
         ranges[0].extend(plan);
         ranges[1].extend(sample);
     }
-    let layout = upright(runs.len(), label, (&ranges[0], &ranges[1]));
+    let layout = upright(runs.len(), label, &ranges[0], &ranges[1]);
     View { name: label.to_owned(), traces, y, layout, alternative: format!("{label} over time: {}.", list(&most)) }
 }
 

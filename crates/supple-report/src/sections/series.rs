@@ -76,7 +76,7 @@ pub fn sum(values: &[f64]) -> f64 {
 
 /// The vertical axes of panels, with a title; if a run diverges, their range is that of the plans, which thus remain
 /// readable, and the title states how far the run goes.
-pub fn upright(panels: usize, label: &str, (plans, runs): (&[f64], &[f64])) -> Map<String, Value> {
+pub fn upright(panels: usize, label: &str, plans: &[f64], runs: &[f64]) -> Map<String, Value> {
     let clip = clipped(plans, runs);
     let note = clip.map_or_else(String::new, |(_, worst)| format!(" (clipped: a run reaches {})", number(worst)));
     let mut layout = Map::new();

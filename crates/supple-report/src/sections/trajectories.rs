@@ -132,7 +132,7 @@ fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> Vie
         name: label.to_owned(),
         traces: chosen(runs, &STATES),
         y,
-        layout: upright(runs.len(), label, (&plans, &samples)),
+        layout: upright(runs.len(), label, &plans, &samples),
         alternative: format!("{label} over time: {}.", list(&ends)),
     }
 }
@@ -156,7 +156,7 @@ fn control_view(runs: &[Run], control: usize, label: &str, plots: &mut Plots) ->
         name: label.to_owned(),
         traces: chosen(runs, &CONTROLS),
         y,
-        layout: upright(runs.len(), label, (&plans, &samples)),
+        layout: upright(runs.len(), label, &plans, &samples),
         alternative: format!("{label} over time, in size: {}.", list(&sizes)),
     }
 }

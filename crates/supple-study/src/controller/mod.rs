@@ -26,8 +26,8 @@
 //! let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
 //! let result = work.run(&task, None, Watch::default())?;
 //! let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
-//! let exported = ExportedController::of(&folder, Some(&task), (None, None))?;
-//! let at_start = ExportedController::of(&folder, Some(&task), (None, Some(At::Start)));
+//! let exported = ExportedController::of(&folder, Some(&task), None, None)?;
+//! let at_start = ExportedController::of(&folder, Some(&task), None, Some(At::Start));
 //! assert!(at_start.is_err(), "only results of design searches hold several designs");
 //!
 //! let texts = CSource::of(&exported, "hold.h")?;
@@ -128,7 +128,8 @@ impl ExportedController {
     pub fn of(
         folder: &Folder,
         loaded: Option<&LoadedTask>,
-        (task, at): (Option<&str>, Option<At>),
+        task: Option<&str>,
+        at: Option<At>,
     ) -> Result<Self, StudyError> {
         let evaluation = evaluation(folder, at)?;
         let valid = || evaluation.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>().join(", ");

@@ -81,7 +81,7 @@ fn searches(front: &Front, ends: &Ends, factors: &[f64], up: bool) -> Result<Vec
         let before = found.last().map_or(if up { &ends.tight } else { &ends.loose }, |point| &point.summary);
         let number = if up { index } else { factors.len() + index };
         let name = format!("{} to point {index}", if up { "up" } else { "down" });
-        let searched = search(front, &name, before, (factors[index], number));
+        let searched = search(front, &name, before, factors[index], number);
         match searched.and_then(|found| point(front, factors[index], found)) {
             Err(StudyError::Stopped) => break,
             other => found.push(other?),
@@ -129,7 +129,8 @@ fn search(
     front: &Front,
     name: &str,
     from: &StartSummary,
-    (factor, number): (f64, usize),
+    factor: f64,
+    number: usize,
 ) -> Result<StartSummary, StudyError> {
     let searcher = front.searcher(Aim::Information { factor });
     front.part(name, || searcher.search_from(&from.to, &from.controls, number))
@@ -153,7 +154,7 @@ fn mend(front: &Front, points: &mut [Point]) -> Result<(), StudyError> {
         }
         let number = 2 * count + index;
         let name = format!("from the tighter design to point {index}");
-        let found = search(front, &name, before, (factor, number))?;
+        let found = search(front, &name, before, factor, number)?;
         let summary = if needs_more(&found) { searcher.assess(&before.to, &before.controls)? } else { found };
         *current = point(front, factor, summary)?;
     }

@@ -36,7 +36,8 @@ pub(super) fn sample_all(
     task: &LoadedTask,
     planned: &[Planned],
     study: (&RobustnessOptions, usize),
-    (parts, watch): (&Parts, Watch),
+    parts: &Parts,
+    watch: Watch,
 ) -> Result<(Vec<Costs>, usize), StudyError> {
     let done = AtomicUsize::new(0);
     let sample = |number: usize| {

@@ -77,7 +77,7 @@ impl Optimum {
     /// Where the starts are not of this task, none of them could be evaluated, or it is stopped.
     pub fn of(task: &LoadedTask, starts: Vec<StartSummary>, stop: Stop) -> Result<Self, StudyError> {
         let control = Control { stop, ..Control::default() };
-        let found: Design = best_of(task, &task.problem.design, starts, (0.0, control))?;
+        let found: Design = best_of(task, &task.problem.design, starts, 0.0, control)?;
         let best = found.found();
         Ok(Self { status: found.status, phi: best.to.clone(), controls: best.controls.clone() })
     }

@@ -91,7 +91,7 @@ impl<'a> Evaluator<'a> {
                 designed = cells.unwrap_or(designed);
                 for (i, task) in problem.tasks.iter().enumerate() {
                     let (neighbour, state) = (&mut neighbour[i], &mut self.states[i]);
-                    match evaluate_task((problem, task), &phi, options, neighbour, state) {
+                    match evaluate_task(problem, task, &phi, options, neighbour, state) {
                         Ok(mut outcome) => {
                             failure = failure.or(outcome.trouble.take());
                             outcomes[i] = Some(outcome);
@@ -178,7 +178,8 @@ fn message(task: &Task, error: &Error) -> String {
 }
 
 fn evaluate_task(
-    (problem, task): (&Problem, &Task),
+    problem: &Problem,
+    task: &Task,
     phi: &[f64],
     options: &SweepOptions,
     neighbour: &mut Option<Matrices>,

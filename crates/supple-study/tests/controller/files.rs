@@ -93,7 +93,7 @@ fn the_plan_is_the_one_of_the_result() {
     task.problem.parameters.set(&mut task.phi, "k1", 123.456).unwrap();
     let folder = evaluated(&task, 0);
     let file = ControllerFile::of(&exported(&folder, None).0);
-    let given = ControllerFile::of(&ExportedController::of(&folder, Some(&task), (None, None)).unwrap());
+    let given = ControllerFile::of(&ExportedController::of(&folder, Some(&task), None, None).unwrap());
     let StudyResult::Evaluate(report) = &folder.result else { panic!("no evaluation") };
     let plan = report.evaluation.tasks[0].trajectory.as_ref().unwrap();
     assert_eq!((&file.states, &file.controls, &file.feedback), (&plan.states, &plan.controls, &plan.feedback));
@@ -107,23 +107,23 @@ fn the_plan_is_the_one_of_the_result() {
 fn results_without_a_controller_are_refused() {
     let task = shipped("iiwa_door.toml");
     let folder = evaluated(&task, 0);
-    let refused = |folder: &_, which| ExportedController::of(folder, None, which).err().unwrap().to_string();
-    assert_eq!(refused(&folder, (None, None)), "there are several tasks; choose one with --task: open, close");
-    assert_eq!(refused(&folder, (Some("opne"), None)), "no task is named `opne`; valid names: open, close");
-    let start = refused(&folder, (Some("open"), Some(At::Start)));
+    let refused = |folder: &_, task, at| ExportedController::of(folder, None, task, at).err().unwrap().to_string();
+    assert_eq!(refused(&folder, None, None), "there are several tasks; choose one with --task: open, close");
+    assert_eq!(refused(&folder, Some("opne"), None), "no task is named `opne`; valid names: open, close");
+    let start = refused(&folder, Some("open"), Some(At::Start));
     assert!(start.contains("is from `supple evaluate` and holds one design"), "{start}");
 
     let mut own = folder.clone();
     own.path = "kept".into();
     own.made.sources = vec![Source { path: OWN_MODEL.into(), text: String::new() }];
-    let said = refused(&own, (Some("open"), None));
+    let said = refused(&own, Some("open"), None);
     assert!(said.starts_with("kept: was made of a model in Python") && said.contains("result.controller()"), "{said}");
 
     let spoiled = |spoil: fn(&mut supple::TrajectoryReport)| {
         let mut folder = folder.clone();
         let StudyResult::Evaluate(report) = &mut folder.result else { panic!("no evaluation") };
         spoil(report.evaluation.tasks[0].trajectory.as_mut().unwrap());
-        refused(&folder, (Some("open"), None))
+        refused(&folder, Some("open"), None)
     };
     assert!(spoiled(|plan| plan.feedforward.clear()).contains("has no feedforward; recompute the result"));
     assert!(spoiled(|plan| plan.states[3].truncate(2)).contains("is damaged"));
@@ -133,11 +133,11 @@ fn results_without_a_controller_are_refused() {
     let mut bare = folder.clone();
     let StudyResult::Evaluate(report) = &mut bare.result else { panic!("no evaluation") };
     report.evaluation.tasks[0].trajectory = None;
-    assert!(refused(&bare, (Some("open"), None)).contains("has no trajectories"));
+    assert!(refused(&bare, Some("open"), None).contains("has no trajectories"));
     let mut other = folder.clone();
     let StudyResult::Evaluate(report) = &mut other.result else { panic!("no evaluation") };
     report.evaluation.parameters = Named(vec![("mass".into(), 1.0)]);
-    assert!(refused(&other, (Some("open"), None)).contains("`mass`"));
+    assert!(refused(&other, Some("open"), None).contains("`mass`"));
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn evaluated(task: &LoadedTask, seed: u64) -> Folder {
 
 /// The controller of a task of an evaluation, and the measurements of its run in closed loop with the plant itself.
 fn exported(folder: &Folder, name: Option<&str>) -> (ExportedController, Vec<Vec<f64>>) {
-    let exported = ExportedController::of(folder, None, (name, None)).unwrap();
+    let exported = ExportedController::of(folder, None, name, None).unwrap();
     let StudyResult::Evaluate(report) = &folder.result else { panic!("no evaluation") };
     let task = report.evaluation.tasks.iter().find(|task| task.name == exported.task.name).unwrap();
     (exported, task.trajectory.as_ref().unwrap().sample.measurements.clone())

@@ -4,7 +4,7 @@ use supple_model::system::{Curvature, RollOut};
 
 use crate::Error;
 use crate::cost_parts::cost_parts;
-use crate::gradient::TotalGradient;
+use crate::gradient::Planned;
 use crate::knots::Linearise;
 use crate::plan::Plan;
 use crate::problem::{Task, TaskAt};
@@ -78,8 +78,8 @@ impl Point {
     }
 
     /// The inputs that gradients need.
-    pub fn gradient<'a>(&'a self, task: &'a Task, phi: &'a [f64]) -> TotalGradient<'a> {
-        TotalGradient {
+    pub fn gradient<'a>(&'a self, task: &'a Task, phi: &'a [f64]) -> Planned<'a> {
+        Planned {
             system: &*task.system,
             phi,
             noise_model: &task.noise,

@@ -55,7 +55,7 @@ impl Problem {
                 "choose the task with --task",
             ));
         }
-        tasks.into_iter().map(|task| Bounding::new((self, task), phi, options)).collect()
+        tasks.into_iter().map(|task| Bounding::new(self, task, phi, options)).collect()
     }
 }
 
@@ -116,7 +116,7 @@ pub(super) struct Minimum {
 }
 
 impl Bounding {
-    fn new((problem, task): (&Problem, &Task), phi: &[f64], options: &BoundOptions) -> Result<Self, Error> {
+    fn new(problem: &Problem, task: &Task, phi: &[f64], options: &BoundOptions) -> Result<Self, Error> {
         let mut state = TaskState::new(task);
         plan_at(problem, task, phi, None, Attempts::default(), &mut state)?;
         let (kind, own, (floor_nats, certain_nats), regulator) = if options.stationary {

@@ -109,7 +109,7 @@ pub(super) fn sensor_report(
         sensors.iter().enumerate().map(|(t, sensor)| directions(sensor, &square(predicted, t), channels)).collect();
     let ranks: Vec<usize> = sensors.iter().map(|sensor| sensor.rank).collect();
     let count = WINDOWS.min(steps);
-    let window = |w: usize| window(&directions, &ranks, (w * steps / count, (w + 1) * steps / count), time_step);
+    let window = |w: usize| window(&directions, &ranks, w * steps / count, (w + 1) * steps / count, time_step);
     SensorReport {
         rank: ranks.iter().copied().max().unwrap_or(0),
         states: channels.iter().map(|channel| channel.name.clone()).collect(),
@@ -202,12 +202,7 @@ fn measured(directions: &[Vec<Direction>], predicted: &Matrices, channels: &[Cha
     found
 }
 
-fn window(
-    directions: &[Vec<Direction>],
-    ranks: &[usize],
-    (first, end): (usize, usize),
-    time_step: f64,
-) -> SensorWindow {
+fn window(directions: &[Vec<Direction>], ranks: &[usize], first: usize, end: usize, time_step: f64) -> SensorWindow {
     let bits_at = |t: usize| directions[t].iter().map(|direction| direction.bits).sum::<f64>();
     let strongest = (first..end).max_by(|&a, &b| bits_at(a).total_cmp(&bits_at(b)).then(b.cmp(&a))).unwrap_or(first);
     SensorWindow {

@@ -81,7 +81,8 @@ impl SystemCheck<'_> {
         &self,
         name: &str,
         tolerance: f64,
-        (rows, cols): (usize, usize),
+        rows: usize,
+        cols: usize,
         entries: impl IntoIterator<Item = ([usize; 3], f64, Option<Difference>)>,
         place: impl Fn(usize, usize) -> String,
     ) -> Row {
@@ -114,7 +115,7 @@ impl SystemCheck<'_> {
             }
         }
         let place = |i, j| format!("d{}+/d{}", self.variable(i), self.variable(j));
-        self.matrix_row("A, B: dynamics", FIRST_ORDER, (n, joint), entries, place)
+        self.matrix_row("A, B: dynamics", FIRST_ORDER, n, joint, entries, place)
     }
 
     fn measurement(&mut self) -> Row {
@@ -133,7 +134,7 @@ impl SystemCheck<'_> {
             }
         }
         let place = |i, j| format!("dy{}/d{}", i + 1, self.variable(j));
-        self.matrix_row("C: measurement", FIRST_ORDER, (p, n), entries, place)
+        self.matrix_row("C: measurement", FIRST_ORDER, p, n, entries, place)
     }
 
     /// Number of variables of the cost at step t; the final cost does not depend on controls.
@@ -163,7 +164,7 @@ impl SystemCheck<'_> {
             }
         }
         let place = |_, j| format!("d{}", self.variable(j));
-        self.matrix_row("cost, first order", FIRST_ORDER, (1, joint), entries, place)
+        self.matrix_row("cost, first order", FIRST_ORDER, 1, joint, entries, place)
     }
 
     /// Differences of `width` values per step by entry `j` of `z`, which is moved at every step at once.
@@ -204,7 +205,7 @@ impl SystemCheck<'_> {
             }
         }
         let place = |i, j| format!("d{} d{}", self.variable(i), self.variable(j));
-        self.matrix_row(name, HIGHER_ORDER, (joint, joint), entries, place)
+        self.matrix_row(name, HIGHER_ORDER, joint, joint, entries, place)
     }
 
     fn cost_hessian(&mut self) -> Row {
@@ -310,7 +311,7 @@ impl SystemCheck<'_> {
             }
         }
         let place = |_, j| format!("d{}", self.variable(j));
-        self.matrix_row("contraction of the knots, by trajectory", HIGHER_ORDER, (1, joint), entries, place)
+        self.matrix_row("contraction of the knots, by trajectory", HIGHER_ORDER, 1, joint, entries, place)
     }
 }
 

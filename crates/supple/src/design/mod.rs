@@ -31,7 +31,7 @@ pub use entries::Units;
 pub use outer::{Ending, Optimiser, OuterPoint, OuterProblem};
 pub use result::{CatalogueDesign, CatalogueMethod, Combination, Design};
 pub use searcher::Searcher;
-pub use split::Split;
+pub use split::{Change, Split};
 pub use summary::{DesignStatus, StartSummary};
 
 use crate::Error;

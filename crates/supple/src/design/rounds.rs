@@ -108,7 +108,7 @@ impl Rounds<'_, '_> {
                 effort: effort / at.tasks.len(),
                 stop: &|| control.is_stopped(),
             };
-            let found = search_branches((problem, task), &at.phi, given, search);
+            let found = search_branches(problem, task, &at.phi, given, search);
             better |= found.cost < visit.cost;
             count += found.count;
             found.controls

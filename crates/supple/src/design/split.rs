@@ -12,6 +12,7 @@ use crate::problem::{Problem, Task};
 /// equation G.10).
 ///
 /// ```
+/// use supple::design::Change;
 /// use supple::pipeline::TaskState;
 /// # let task = r#"
 /// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
@@ -36,7 +37,8 @@ use crate::problem::{Problem, Task};
 /// // To a sensor with ten times the variance.
 /// state.evaluate(task, &[1e-3], &problem.planning, None)?;
 /// let controls = [state.plan.trajectory.controls.clone()];
-/// let parts = problem.split((&phi[..], &nats[..]), (&[1e-3][..], &controls[..]))?;
+/// let change = Change { from: &phi, from_nats: &nats, to: &[1e-3], to_controls: &controls };
+/// let parts = problem.split(change)?;
 /// let split = &parts[0];
 /// let sum = split.sensors_bits + split.uncertainty_bits + split.plan_bits + split.jumps_bits;
 /// assert!(split.total_bits < 0.0 && (sum - split.total_bits).abs() < 1e-6);
@@ -79,15 +81,29 @@ const NODES: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
+/// From one design to another.
+///
+/// Example: [`Split`].
+#[derive(Clone, Copy, Debug)]
+pub struct Change<'a> {
+    /// Parameters of the first design.
+    pub from: &'a [f64],
+    /// The first design's measured information, nats, for each task.
+    pub from_nats: &'a [f64],
+    /// Parameters of the second design.
+    pub to: &'a [f64],
+    /// The controls of the second design's plans, for each task; plans are continued from them along the path.
+    pub to_controls: &'a [Matrices],
+}
+
 impl Problem {
     /// Splits the change of each task's measured information between two designs, along the straight path between them in
-    /// the coordinates of the search. The first design is given with the measured information of each task, nats, and the
-    /// second one with the controls of each task's plan, from which plans are continued along the path.
+    /// the coordinates of the search.
     ///
     /// # Errors
     /// If a plan on the path cannot be computed, or has no total gradient.
-    pub fn split(&self, from: (&[f64], &[f64]), to: (&[f64], &[Matrices])) -> Result<Vec<Split>, Error> {
-        self.split_watched(from, to, &|_, _| {})
+    pub fn split(&self, change: Change) -> Result<Vec<Split>, Error> {
+        self.split_watched(change, &|_, _| {})
     }
 
     /// The same, and reports progress: the index of a task, and the share of its path that is done.
@@ -96,16 +112,15 @@ impl Problem {
     /// As [`split`](Self::split).
     pub fn split_watched(
         &self,
-        (from, nats): (&[f64], &[f64]),
-        (to, controls): (&[f64], &[Matrices]),
+        Change { from, from_nats, to, to_controls }: Change,
         tell: &(dyn Fn(usize, f64) + Sync),
     ) -> Result<Vec<Split>, Error> {
         self.check_design(from)?;
         self.check_design(to)?;
-        let tasks = self.tasks.par_iter().enumerate().zip(nats.par_iter().zip(controls));
+        let tasks = self.tasks.par_iter().enumerate().zip(from_nats.par_iter().zip(to_controls));
         tasks
             .map(|((index, task), (&nats, controls))| {
-                Path::new((self, task), (from, to)).split(nats, controls, &|done| tell(index, done))
+                Path::new(self, task, from, to).split(nats, controls, &|done| tell(index, done))
             })
             .collect()
     }
@@ -126,7 +141,7 @@ struct Path<'a> {
 }
 
 impl<'a> Path<'a> {
-    fn new((problem, task): (&'a Problem, &'a Task), (from, to): (&'a [f64], &'a [f64])) -> Self {
+    fn new(problem: &'a Problem, task: &'a Task, from: &'a [f64], to: &'a [f64]) -> Self {
         let scaling = Scaling::of(&problem.parameters);
         let ends = [scaling.scaled(from), scaling.scaled(to)];
         Self { problem, task, scaling, ends, from, to, state: TaskState::new(task), place: 1.0, evaluations: 0 }

@@ -172,7 +172,7 @@ impl<'a> Visitor<'a> {
             };
             let found = visit(1, state)?;
             let total = settings.gradient == GradientKind::Total;
-            let leaves = |known: &Visit| known.tasks[index].leads_up_to(&found, scaling, (from, &phi));
+            let leaves = |known: &Visit| known.tasks[index].leads_up_to(&found, scaling, from, &phi);
             if !(total && known.is_some_and(leaves)) {
                 return Ok::<_, Error>(found);
             }

@@ -144,7 +144,7 @@ impl Visit {
 impl TaskVisit {
     /// Whether the cost at a design is so far above the extrapolation by slopes there and at this one that its plan seems
     /// to be on another branch.
-    pub fn leads_up_to(&self, other: &Self, scaling: &Scaling, (from, to): (&[f64], &[f64])) -> bool {
+    pub fn leads_up_to(&self, other: &Self, scaling: &Scaling, from: &[f64], to: &[f64]) -> bool {
         let (start, end) = (scaling.scaled(from), scaling.scaled(to));
         let along = |at: &[f64], gradient: &[f64]| scaling.slope_along((&start, &end), at, gradient);
         let (first, last) = (along(from, &self.cost_gradient), along(to, &other.cost_gradient));

@@ -93,7 +93,7 @@ impl Problem {
         let tasks = tasks.map(|(index, task)| {
             let mut state = TaskState::new(task);
             let controls = options.controls.as_ref().and_then(|controls| controls.get(index));
-            evaluate_task((self, task), phi, options, controls, &mut state)
+            evaluate_task(self, task, phi, options, controls, &mut state)
         });
         let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
         let weights = options.weights(self);
@@ -123,7 +123,8 @@ impl Problem {
 }
 
 fn evaluate_task(
-    (problem, task): (&Problem, &Task),
+    problem: &Problem,
+    task: &Task,
     phi: &[f64],
     options: &EvaluateOptions,
     controls: Option<&Matrices>,

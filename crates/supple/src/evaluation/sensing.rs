@@ -109,7 +109,7 @@ impl Work {
         let (p, n, narrow, small) = (seen.rows(), seen.cols(), seen.stride(), innovation.stride());
         multiply::<L>(seen, c, predicted, n);
         let to = ViewMut::new(transposed.as_mut_slice(), small);
-        transpose::<L, Medium>(to, View::new(c, narrow), (p, n));
+        transpose::<L, Medium>(to, View::new(c, narrow), p, n);
         let (left, right) = (Left::plain(seen.as_slice(), narrow), View::new(transposed.as_slice(), small));
         let product = Product { left, right, rows: p, inner: n, width: small };
         product.add_to::<L, Medium>(View::new(v, small), ViewMut::new(innovation.as_mut_slice(), small));

@@ -1,11 +1,9 @@
 use supple_kernels::Scratch;
-use supple_lqg::Noise;
-use supple_lqg::{Belief, BeliefSeeds, reverse_kalman};
-use supple_model::noise::NoiseModel;
-use supple_model::system::{Adjoints, System};
+use supple_lqg::{BeliefSeeds, reverse_kalman};
+use supple_model::system::Adjoints;
 
+use super::total::Planned;
 use super::workspace::GradientWorkspace;
-use crate::plan::Plan;
 
 /// Gradients by the parameters with trajectory, `K` and `Xi` held fixed, as in the paper (theory, equation G.1).
 ///
@@ -22,13 +20,8 @@ pub struct FrozenGradient {
 /// on the state, only the parameters of that dependence change it.
 ///
 /// Example: [`total_gradient`](crate::gradient::total_gradient).
-pub fn frozen_gradient(
-    (system, phi, noise_model): (&dyn System, &[f64], &NoiseModel),
-    (plan, belief, noise): (&Plan, &Belief, &Noise),
-    work: &mut GradientWorkspace,
-    scratch: &mut Scratch,
-    out: &mut FrozenGradient,
-) {
+pub fn frozen_gradient(task: &Planned, work: &mut GradientWorkspace, scratch: &mut Scratch, out: &mut FrozenGradient) {
+    let &Planned { system, phi, noise_model, plan, belief, noise, .. } = task;
     let information = BeliefSeeds { information: 1.0, ..Default::default() };
     let cost =
         BeliefSeeds { information: 0.0, weights: Some((&plan.policy.value_of_information, 1.0)), covariances: None };
@@ -40,6 +33,6 @@ pub fn frozen_gradient(
         reverse_kalman(&plan.knots, noise, belief, seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
         let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
         system.contract(plan.trajectory.points(), phi, adjoints, &mut work.hessian, gradient, scratch);
-        noise_model.add_gradient((phi, &plan.trajectory.states), &work.noise, gradient);
+        noise_model.add_gradient(phi, &plan.trajectory.states, &work.noise, gradient);
     }
 }

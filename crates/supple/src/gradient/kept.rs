@@ -134,6 +134,6 @@ impl Active {
     /// Adds `dmu e_z + rho e_z' e_z dz` to `[H | h]`.
     fn add_to(&self, hessian: &mut Matrices, multiplier: f64) {
         let stride = hessian.stride();
-        add_excess(hessian.at_mut(self.point), stride, &self.gradient, (multiplier, self.penalty));
+        add_excess(hessian.at_mut(self.point), stride, &self.gradient, multiplier, self.penalty);
     }
 }

@@ -9,5 +9,5 @@ mod workspace;
 pub use frozen::{FrozenGradient, frozen_gradient};
 pub(crate) use slope::{Quantity, slope_by_controls};
 pub(crate) use total::information_at_rest;
-pub use total::{Functional, TotalGradient, total_gradient};
+pub use total::{Functional, Planned, total_gradient};
 pub use workspace::GradientWorkspace;

@@ -1,7 +1,7 @@
 use supple_kernels::{Matrices, Scratch};
 
 use super::Functional;
-use super::total::{TotalGradient, add_functional, add_initial_state};
+use super::total::{Planned, add_functional, add_initial_state};
 use super::workspace::GradientWorkspace;
 use crate::plan::{Stationarity, sweep_costates};
 
@@ -39,14 +39,14 @@ impl<'a> Quantity<'a> {
 /// Writes `g`, m numbers of each of N steps, to `slope`, and `nu` to `work.costates`; leaves `[l_zz | q]` in
 /// `work.hessian`. Where `parameters` are given, they receive the gradient by the parameters at fixed `v`.
 pub(crate) fn slope_by_controls(
-    task: &TotalGradient,
+    task: &Planned,
     quantity: Quantity,
     feedback: Option<&Matrices>,
     (work, scratch): (&mut GradientWorkspace, &mut Scratch),
     slope: &mut [f64],
     parameters: Option<&mut Vec<f64>>,
 ) -> Stationarity {
-    let &TotalGradient { system, phi, initial_state, plan, .. } = task;
+    let &Planned { system, phi, initial_state, plan, .. } = task;
     let mut direct = vec![0.0; phi.len()];
     work.forget();
     work.hessian.copy_from(&plan.knots.cost);
@@ -73,7 +73,7 @@ pub(crate) fn slope_by_controls(
             direct.iter_mut().zip(&own).for_each(|(sum, own)| *sum += (quantity.nominal - 1.0) * own);
         }
         system.add_parameter_gradient(at, phi, &work.costates, None, &mut direct, scratch);
-        add_initial_state((initial_state, phi), work.costates.vector(0), &mut direct);
+        add_initial_state(initial_state, phi, work.costates.vector(0), &mut direct);
         *out = direct;
     }
     stationarity

@@ -46,11 +46,11 @@ impl Functional<'_> {
     }
 }
 
-/// One task at one design, as far as gradients need it.
+/// A planned task at one design, as far as gradients need it.
 ///
 /// Example: [`total_gradient`].
 #[derive(Clone, Copy)]
-pub struct TotalGradient<'a> {
+pub struct Planned<'a> {
     /// The system.
     pub system: &'a dyn System,
     /// All parameters.
@@ -67,7 +67,7 @@ pub struct TotalGradient<'a> {
     pub noise: &'a Noise,
 }
 
-impl<'a> TotalGradient<'a> {
+impl<'a> Planned<'a> {
     /// The active limits of the plan; `None` if none is active.
     fn limits(&self) -> Option<&'a dyn Constraints> {
         self.system.constraints().filter(|_| self.plan.is_at_limits())
@@ -83,11 +83,11 @@ impl<'a> TotalGradient<'a> {
         if let Some(limits) = self.limits() {
             limits.add_excess_parameter_gradient(at, self.phi, &self.plan.multipliers, None, out, scratch);
         }
-        add_initial_state((self.initial_state, self.phi), costates.vector(0), out);
+        add_initial_state(self.initial_state, self.phi, costates.vector(0), out);
     }
 }
 
-pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costate: &[f64], out: &mut [f64]) {
+pub(super) fn add_initial_state(initial_state: &[Value], phi: &[f64], costate: &[f64], out: &mut [f64]) {
     for (value, costate) in initial_state.iter().zip(costate) {
         value.add_gradient(phi, *costate, out);
     }
@@ -113,7 +113,7 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
 ///
 /// ```
 /// use supple::Scratch;
-/// use supple::gradient::{FrozenGradient, Functional, GradientWorkspace, TotalGradient};
+/// use supple::gradient::{FrozenGradient, Functional, GradientWorkspace, Planned};
 /// use supple::gradient::{frozen_gradient, total_gradient};
 /// use supple::pipeline::TaskState;
 /// # let task = r#"
@@ -135,7 +135,7 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
 /// let mut state = TaskState::new(task);
 /// state.evaluate(task, &phi, &problem.planning, None)?;
 /// let (mut work, mut scratch) = (GradientWorkspace::new(task.system.dimensions(), task.steps), Scratch::new());
-/// let at = TotalGradient {
+/// let at = Planned {
 ///     system: &*task.system,
 ///     phi: &phi,
 ///     noise_model: &task.noise,
@@ -146,21 +146,20 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
 /// };
 /// let (mut total, mut frozen) = (Vec::new(), FrozenGradient::default());
 /// total_gradient(&at, Functional::INFORMATION, &mut work, &mut scratch, &mut total)?;
-/// let planned = (&state.plan, &state.belief, &state.noise);
-/// frozen_gradient((&*task.system, &phi[..], &task.noise), planned, &mut work, &mut scratch, &mut frozen);
+/// frozen_gradient(&at, &mut work, &mut scratch, &mut frozen);
 ///
 /// // The variance of the sensor does not change the plan, so both are the same.
 /// assert!(total[0] < 0.0 && (total[0] / frozen.information[0] - 1.0).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn total_gradient(
-    task: &TotalGradient,
+    task: &Planned,
     functional: Functional,
     work: &mut GradientWorkspace,
     scratch: &mut Scratch,
     out: &mut Vec<f64>,
 ) -> Result<(), Error> {
-    let &TotalGradient { system, phi, initial_state, plan, .. } = task;
+    let &Planned { system, phi, initial_state, plan, .. } = task;
     let at = plan.trajectory.points();
     out.clear();
     out.resize(phi.len(), 0.0);
@@ -175,20 +174,20 @@ pub fn total_gradient(
     }
     let variation = Variation { joint: &work.variation, costates: &work.costates };
     system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);
-    add_initial_state((initial_state, phi), work.costates.vector(0), out);
+    add_initial_state(initial_state, phi, work.costates.vector(0), out);
     Ok(())
 }
 
 /// Adds the functional's gradient by the trajectory to the last column of `work.hessian`, and its direct one by the
 /// parameters to `out`, the trajectory held fixed (theory, equations G.3 to G.5).
 pub(crate) fn add_functional(
-    task: &TotalGradient,
+    task: &Planned,
     functional: Functional,
     work: &mut GradientWorkspace,
     scratch: &mut Scratch,
     out: &mut [f64],
 ) {
-    let &TotalGradient { system, phi, noise_model, plan, belief, noise, .. } = task;
+    let &Planned { system, phi, noise_model, plan, belief, noise, .. } = task;
     noise_model.clear(&mut work.noise, plan.trajectory.steps());
     work.adjoints.has_cost = false;
     let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
@@ -208,7 +207,7 @@ pub(crate) fn add_functional(
     let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
     system.contract(plan.trajectory.points(), phi, adjoints, &mut work.hessian, out, scratch);
     let states = &plan.trajectory.states;
-    noise_model.add_gradient((phi, states), &work.noise, out);
+    noise_model.add_gradient(phi, states, &work.noise, out);
     noise_model.add_state_gradient(phi, states, &work.noise, &mut work.hessian);
 }
 
@@ -233,11 +232,11 @@ fn add_direct_noise(plan: &Plan, functional: Functional, noise: &mut Noise) {
 /// Gradients of the directed information by all parameters with the trajectory held fixed: through the sensors,
 /// `C` and `V`, and through the propagation of uncertainty, `A`, `W` and `X_0` (theory, equation G.10).
 pub(crate) fn information_at_rest(
-    task: &TotalGradient,
+    task: &Planned,
     work: &mut GradientWorkspace,
     scratch: &mut Scratch,
 ) -> [Vec<f64>; 2] {
-    let &TotalGradient { system, phi, noise_model, plan, belief, noise, .. } = task;
+    let &Planned { system, phi, noise_model, plan, belief, noise, .. } = task;
     let (points, states) = (plan.trajectory.points(), &plan.trajectory.states);
     noise_model.clear(&mut work.noise, plan.trajectory.steps());
     work.adjoints.has_cost = false;
@@ -259,7 +258,7 @@ pub(crate) fn information_at_rest(
         let mut out = vec![0.0; phi.len()];
         let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
         system.contract(points, phi, adjoints, &mut work.hessian, &mut out, scratch);
-        noise_model.add_gradient((phi, states), &work.noise, &mut out);
+        noise_model.add_gradient(phi, states, &work.noise, &mut out);
         out
     })
 }

@@ -71,7 +71,7 @@ impl Augmented<'_> {
             for (row, &slope) in slopes.vector(i).iter().enumerate().filter(|(_, slope)| **slope > 0.0) {
                 let gradient = &jacobians.at(i)[row * jacobians.stride()..][..joint];
                 let rho = self.penalties.map_or(0.0, |penalties| penalties[row]);
-                add_excess(out.at_mut(i), stride, gradient, (slope, rho));
+                add_excess(out.at_mut(i), stride, gradient, slope, rho);
             }
         }
         if curvature == Curvature::Exact && self.penalties.is_some() {

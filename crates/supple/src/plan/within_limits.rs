@@ -103,8 +103,8 @@ pub(crate) fn search(
     plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, bounds.len());
     let guess = plan.trajectory.controls.clone();
     search_free(problem, asked, plan, work, scratch)?;
-    let begins_outside = begins_outside(problem, (limits, &bounds), plan, scratch);
-    Rounds::new(problem, (limits, bounds), plan, scratch).run((asked.settings, &guess), plan, work, scratch)?;
+    let begins_outside = begins_outside(problem, limits, &bounds, plan, scratch);
+    Rounds::new(problem, limits, bounds, plan, scratch).run(asked.settings, &guess, plan, work, scratch)?;
     if begins_outside && plan.status.is_converged() {
         plan.status = PlanStatus::LimitsExceeded;
     }
@@ -114,7 +114,8 @@ pub(crate) fn search(
 /// Whether the first state, which no plan can change, exceeds a limit.
 fn begins_outside(
     problem: NominalProblem,
-    (limits, bounds): (&dyn Constraints, &[f64]),
+    limits: &dyn Constraints,
+    bounds: &[f64],
     plan: &Plan,
     scratch: &mut Scratch,
 ) -> bool {
@@ -140,7 +141,8 @@ struct Rounds<'a> {
 impl<'a> Rounds<'a> {
     fn new(
         problem: NominalProblem<'a>,
-        (limits, bounds): (&'a dyn Constraints, Vec<f64>),
+        limits: &'a dyn Constraints,
+        bounds: Vec<f64>,
         plan: &Plan,
         scratch: &mut Scratch,
     ) -> Self {
@@ -186,7 +188,8 @@ impl<'a> Rounds<'a> {
 
     fn run(
         mut self,
-        (settings, guess): (&PlanSettings, &Matrices),
+        settings: &PlanSettings,
+        guess: &Matrices,
         plan: &mut Plan,
         work: &mut PlanWorkspace,
         scratch: &mut Scratch,

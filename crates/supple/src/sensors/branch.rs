@@ -133,7 +133,7 @@ impl Selection {
             return Vec::new();
         };
         let held: Vec<usize> = node.region.held().collect();
-        let fits = node.region.limits.fits((self.price(&held), held.len()), self.candidates[one].price);
+        let fits = node.region.limits.fits(self.price(&held), held.len(), self.candidates[one].price);
         let with = [true, false].into_iter().filter(|&with| fits || !with);
         let region = |with| {
             let mut region = node.region.clone();
@@ -155,8 +155,7 @@ impl Selection {
             if goal.is_met(worth) {
                 break;
             }
-            let held = (self.price(&sensors), sensors.len());
-            if node.region.limits.fits(held, self.candidates[one].price) {
+            if node.region.limits.fits(self.price(&sensors), sensors.len(), self.candidates[one].price) {
                 sensors.push(one);
                 if matches!(goal, Goal::LeastPrice { .. }) {
                     worth = self.worth_with(&self.weights_of(&sensors), &mut memory);

@@ -65,7 +65,7 @@ pub(super) const SAME: f64 = 1e-12;
 
 impl Limits {
     /// Whether one more sensor of a given price fits.
-    pub(super) fn fits(&self, (price, count): (f64, usize), more: f64) -> bool {
+    pub(super) fn fits(&self, price: f64, count: usize, more: f64) -> bool {
         let room = |budget: f64| price + more <= budget + SAME * budget.abs();
         self.budget.is_none_or(room) && self.count.is_none_or(|most| count < most)
     }
@@ -116,7 +116,7 @@ impl Selection {
         let (mut sensors, mut price, mut tried) = (Vec::new(), 0.0, 1);
         let mut worth = self.worth_with(&z, &mut self.memory(false));
         while !goal.is_met(worth) {
-            let fits = |one: &usize| z[*one] == 0.0 && limits.fits((price, sensors.len()), self.candidates[*one].price);
+            let fits = |one: &usize| z[*one] == 0.0 && limits.fits(price, sensors.len(), self.candidates[*one].price);
             let open: Vec<usize> = (0..count).filter(fits).collect();
             let with = |memory: &mut Vec<Memory>, &one: &usize| {
                 let mut with = z.clone();
@@ -256,12 +256,12 @@ impl Selection {
         let set = |mask: usize| -> Vec<usize> { (0..count).filter(|one| mask >> one & 1 == 1).collect() };
         let within = |set: &Vec<usize>| {
             let price = self.price(set);
-            let fits = Limits { count: None, ..limits }.fits((price, 0), 0.0);
+            let fits = Limits { count: None, ..limits }.fits(price, 0, 0.0);
             fits && limits.count.is_none_or(|most| set.len() <= most)
         };
         let is_full = |set: &Vec<usize>| {
-            let held = (self.price(set), set.len());
-            !(0..count).any(|one| !set.contains(&one) && limits.fits(held, self.candidates[one].price))
+            let price = self.price(set);
+            !(0..count).any(|one| !set.contains(&one) && limits.fits(price, set.len(), self.candidates[one].price))
         };
         let by_price = matches!(goal, Goal::LeastPrice { .. });
         let sets = (0..1_usize << count).map(set).filter(within);

@@ -31,7 +31,7 @@ pub(super) struct Region {
 impl Region {
     /// All sets within the limits; candidates that do not even fit alone are in none of them.
     pub fn whole(candidates: &[Candidate], limits: Limits) -> Self {
-        let fits = |one: &Candidate| limits.fits((0.0, 0), one.price);
+        let fits = |one: &Candidate| limits.fits(0.0, 0, one.price);
         Self { fixed: candidates.iter().map(|one| if fits(one) { None } else { Some(false) }).collect(), limits }
     }
 

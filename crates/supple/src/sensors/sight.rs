@@ -206,7 +206,7 @@ fn predict<L: Lanes>(sight: &Sight, from: usize, memory: &mut Memory) {
     let Memory { predicted, corrected, square, other, .. } = memory;
     let moved = square_product(n, Left::plain(f, wide), View::new(corrected.at(0), stride));
     moved.set::<L, Long>(ViewMut::new(square.at_mut(0), stride));
-    rows::transpose::<L, Long>(ViewMut::new(other.at_mut(0), stride), View::new(f, wide), (n, n));
+    rows::transpose::<L, Long>(ViewMut::new(other.at_mut(0), stride), View::new(f, wide), n, n);
     let moved = square_product(n, Left::plain(square.at(0), stride), View::new(other.at(0), stride));
     let noise = View::new(sight.process.at(from), stride);
     moved.add_to::<L, Long>(noise, ViewMut::new(predicted.at_mut(0), stride));

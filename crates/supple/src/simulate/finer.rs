@@ -40,5 +40,5 @@ pub(crate) fn on_finer_steps(
     let batch = own.len().div_ceil(rayon::current_num_threads()).max(1);
     let rollouts = Rollouts { count: own.len(), seed };
     let outcomes: Vec<Outcome> = in_batches(setting, rollouts, batch, |closed| closed.outcomes)?.concat();
-    Ok(Some(FinerSteps::of((task, PARTS), &outcomes, (own, own_bits))))
+    Ok(Some(FinerSteps::of(task, PARTS, &outcomes, own, own_bits)))
 }

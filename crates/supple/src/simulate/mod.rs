@@ -165,13 +165,14 @@ impl ClosedLoop {
     pub fn run(
         &mut self,
         setting: LoopSetting,
-        (seed, first): (u64, u64),
+        seed: u64,
+        first: u64,
         mut record: Option<&mut Record>,
     ) -> Result<(), Error> {
         let task = setting.task;
         let (filter, knowing) = (setting.filter(), setting.knowing());
         self.knowing = knowing.map(|_| FilterBatch::new(task.system.dimensions(), self.outcomes.len()));
-        self.start(setting, (seed, first));
+        self.start(setting, seed, first);
         for t in 0..=task.steps {
             if halt::is_requested() {
                 return Err(Error::Stopped);
@@ -215,7 +216,7 @@ impl ClosedLoop {
     }
 
     /// Draws the first states, and initialises the filters with the distribution that they assume.
-    fn start(&mut self, setting: LoopSetting, (seed, first): (u64, u64)) {
+    fn start(&mut self, setting: LoopSetting, seed: u64, first: u64) {
         let LoopSetting { task, believed, truth: Truth { system, phi, .. }, factors, .. } = setting;
         self.random.clear();
         for sample in 0..self.outcomes.len() {
@@ -507,7 +508,7 @@ pub(crate) fn in_batches<T: Send>(
     let run = |number: usize| {
         let first = number * batch;
         let mut closed = ClosedLoop::new(size, batch.min(count - first));
-        closed.run(setting, (seed, first as u64), None)?;
+        closed.run(setting, seed, first as u64, None)?;
         Ok(keep(closed))
     };
     (0..count.div_ceil(batch)).into_par_iter().map(run).collect()

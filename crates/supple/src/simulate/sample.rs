@@ -49,7 +49,7 @@ pub(super) fn sample_of(
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
     let mut record = Record::new(size, task.steps);
-    let times = match closed.run(setting, (seed, number), Some(&mut record)) {
+    let times = match closed.run(setting, seed, number, Some(&mut record)) {
         Ok(()) => task.steps + 1,
         Err(Error::Lqg(
             supple_lqg::Error::NotFinite { step, .. } | supple_lqg::Error::NotPositiveDefinite { step, .. },

@@ -195,7 +195,7 @@ impl Estimate {
 
 impl FinerSteps {
     /// Compares outcomes on a plant with `times` times finer steps with costs and bits on the task's own steps.
-    pub(crate) fn of((task, times): (&Task, usize), outcomes: &[Outcome], (own, own_bits): (&[f64], &[f64])) -> Self {
+    pub(crate) fn of(task: &Task, times: usize, outcomes: &[Outcome], own: &[f64], own_bits: &[f64]) -> Self {
         let count = own.len() as f64;
         let mean = |costs: &mut dyn Iterator<Item = f64>| costs.sum::<f64>() / count;
         let differences = || outcomes.iter().zip(own).map(|(finer, own)| finer.cost - own);

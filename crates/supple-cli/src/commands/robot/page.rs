@@ -30,7 +30,7 @@ const COLUMNS: [(&str, bool); 15] = [
 ];
 
 /// The page of `supple robot` without a state, from what is called `source`.
-pub fn robot_page(robot: &Robot, tree: &Tree, (gravity, source): ([f64; 3], &str), verbose: bool) -> String {
+pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], source: &str, verbose: bool) -> String {
     let mass: f64 = robot.links.iter().filter_map(|link| link.inertia).map(|inertia| inertia.mass).sum();
     let (links, moving) = (robot.links.len(), tree.bodies().len());
     let mut page = format!("{}: {}, {}", name(&robot.name), count(links, "link"), count(moving, "moving joint"));

@@ -182,7 +182,7 @@ fn matrices_without_rows_or_columns_have_transposes() {
 
         #[inline(always)]
         fn run<L: Lanes>(self) {
-            transpose::<L, R>(ViewMut::new(&mut [], 8), View::new(&[], 8), (self.0, self.1));
+            transpose::<L, R>(ViewMut::new(&mut [], 8), View::new(&[], 8), self.0, self.1);
             symmetrise::<L, R>(ViewMut::new(&mut [], 8), 0);
             mirror::<L, R>(ViewMut::new(&mut [], 8), 0);
             mirror_upper::<L, R>(ViewMut::new(&mut [], 8), 0);
@@ -204,11 +204,7 @@ fn transposes_of_oblong_matrices() {
         fn run<L: Lanes>(self) {
             let Self(out, a, _) = self;
             let stride = out.stride();
-            transpose::<L, R>(
-                ViewMut::new(out.at_mut(0), stride),
-                View::new(a.at(0), a.stride()),
-                (a.rows(), a.cols()),
-            );
+            transpose::<L, R>(ViewMut::new(out.at_mut(0), stride), View::new(a.at(0), a.stride()), a.rows(), a.cols());
         }
     }
     for (rows, cols) in [(1, 5), (8, 3), (3, 8), (16, 9), (11, 25)] {

@@ -129,7 +129,7 @@ impl Recorded {
 }
 
 fn run<S: Scalar>(tape: &Tape, at: &Point<S>, out: &mut [S]) {
-    tape.run((at.x, at.u), at.phi, at.time_step, out);
+    tape.run(at.x, at.u, at.phi, at.time_step, out);
 }
 
 impl Model for Recorded {
@@ -159,7 +159,7 @@ impl Model for Recorded {
     fn own_norm<S: Scalar>(&self, r: &[S], phi: &[S], time_step: S, last: bool) -> S {
         let mut cost = [S::zero()];
         if let Some(Composition { norm, .. }) = &self.costs[usize::from(last)] {
-            norm.run((r, &[]), phi, time_step, &mut cost);
+            norm.run(r, &[], phi, time_step, &mut cost);
         }
         cost[0]
     }

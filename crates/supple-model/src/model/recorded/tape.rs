@@ -284,7 +284,7 @@ impl Tape {
     }
 
     /// Runs it. `x`, `u` and `phi` may be longer than the inputs they provide; missing entries count as 0.
-    pub fn run<S: Scalar>(&self, (x, u): (&[S], &[S]), phi: &[S], time_step: S, out: &mut [S]) {
+    pub fn run<S: Scalar>(&self, x: &[S], u: &[S], phi: &[S], time_step: S, out: &mut [S]) {
         let TapeParts { states, controls, parameters, constants, instructions, outputs } = &self.parts;
         let mut values = Vec::with_capacity(self.values());
         for (list, &count) in [(x, states), (u, controls), (phi, parameters)] {

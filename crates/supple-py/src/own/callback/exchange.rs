@@ -130,7 +130,7 @@ pub fn row(vector: &[f64]) -> Argument {
 }
 
 /// Writes matrices of `rows` x `cols`, or NaN where there are none.
-pub fn fill(out: &mut Matrices, numbers: Option<&[f64]>, count: usize, (rows, cols): (usize, usize)) {
+pub fn fill(out: &mut Matrices, numbers: Option<&[f64]>, count: usize, rows: usize, cols: usize) {
     let nothing = vec![f64::NAN; if numbers.is_some() { 0 } else { rows * cols }];
     for index in 0..count {
         let own = numbers.map_or(&*nothing, |numbers| &numbers[index * rows * cols..(index + 1) * rows * cols]);
@@ -141,7 +141,7 @@ pub fn fill(out: &mut Matrices, numbers: Option<&[f64]>, count: usize, (rows, co
 /// Makes all that is added to NaN.
 pub fn poison(out: &mut Matrices) {
     let (count, rows, cols) = (out.count(), out.rows(), out.cols());
-    fill(out, None, count, (rows, cols));
+    fill(out, None, count, rows, cols);
 }
 
 /// Writes `[l_zz | l_z]` of `width` variables from matrix `first` on; the gradient is column `joint`.

@@ -126,13 +126,13 @@ impl System for Callback {
         let mut arguments = self.points(&at);
         arguments.push(numbers(phi));
         let found = self.call("steps", arguments, [&[at.stages, n]]);
-        fill(next, found.as_ref().map(|[found]| &**found), at.stages, (1, n));
+        fill(next, found.as_ref().map(|[found]| &**found), at.stages, 1, n);
     }
 
     fn observe_all(&self, at: Points, phi: &[f64], y: &mut Matrices, _: &mut Scratch) {
         let (count, p) = (at.count(), self.size.measurements);
         let found = self.call("observations", vec![vectors(at.states, 0, count), numbers(phi)], [&[count, p]]);
-        fill(y, found.as_ref().map(|[found]| &**found), count, (1, p));
+        fill(y, found.as_ref().map(|[found]| &**found), count, 1, p);
     }
 
     fn stage_costs(&self, at: Points, phi: &[f64], out: &mut [f64], _: &mut Scratch) {
@@ -185,8 +185,8 @@ impl System for Callback {
             Some([states, controls, cost]) => (Some(&**states), Some(&**controls), cost[0]),
             None => (None, None, f64::NAN),
         };
-        fill(&mut out.states, states, steps + 1, (1, n));
-        fill(&mut out.controls, controls, steps, (1, m));
+        fill(&mut out.states, states, steps + 1, 1, n);
+        fill(&mut out.controls, controls, steps, 1, m);
         // The search then tries other controls.
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
@@ -199,7 +199,7 @@ impl System for Callback {
         if let Some([found]) = &found {
             self.check_finite("derivatives of `step`", &at, 0, found, n * joint);
         }
-        fill(out, found.as_ref().map(|[found]| &**found), at.stages, (n, joint));
+        fill(out, found.as_ref().map(|[found]| &**found), at.stages, n, joint);
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, _: &mut Scratch) {
@@ -210,7 +210,7 @@ impl System for Callback {
         if let Some([found]) = &found {
             self.check_finite("derivatives of `observe`", &at, 0, found, p * n);
         }
-        fill(out, found.as_ref().map(|[found]| &**found), count, (p, n));
+        fill(out, found.as_ref().map(|[found]| &**found), count, p, n);
     }
 
     fn cost_quadratics(&self, at: Points, phi: &[f64], curvature: Curvature, out: &mut Matrices, _: &mut Scratch) {

@@ -123,7 +123,7 @@ impl<'a> Choosing<'a> {
                 effort: state.effort,
                 stop: &|| control.is_stopped(),
             };
-            Ok(search_branches((problem, task), &phi, given, search).controls)
+            Ok(search_branches(problem, task, &phi, given, search).controls)
         };
         let controls = problem.tasks.iter().enumerate().map(plan).collect::<Result<Vec<_>, Error>>()?;
         let control = Control { observer: &NoObserver, ..control };
@@ -153,11 +153,7 @@ impl<'a> Choosing<'a> {
     }
 
     /// The resulting choice.
-    pub fn finish(
-        self,
-        (method, complete): (CatalogueMethod, bool),
-        combinations: u64,
-    ) -> Result<CatalogueDesign, Error> {
+    pub fn finish(self, method: CatalogueMethod, complete: bool, combinations: u64) -> Result<CatalogueDesign, Error> {
         let ranked = self.ranked().into_iter();
         let designed: Vec<Combination> = ranked
             .map(|(entries, summary)| Combination { entries: entries.clone(), summary: summary.clone() })

@@ -96,7 +96,7 @@ fn choose(mut choosing: Choosing) -> Result<CatalogueDesign, Error> {
     } else {
         (CatalogueMethod::Neighbourhood, neighbours::descend(&mut choosing, most))
     };
-    choosing.finish((method, complete), combinations)
+    choosing.finish(method, complete, combinations)
 }
 
 /// All combinations of one index per list, the last index varying fastest.

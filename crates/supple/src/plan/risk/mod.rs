@@ -36,7 +36,7 @@ pub(crate) fn plan_risk(
 ) -> Result<(), Error> {
     let nominal = plan.clone();
     let mut search = |sensitivity: f64, plan: &mut Plan| {
-        Search::new(task.at(phi), (settings, sensitivity), plan, scratch).run(deadline)
+        Search::new(task.at(phi), settings, sensitivity, plan, scratch).run(deadline)
     };
     match search(settings.risk_sensitivity, plan)? {
         Ok(()) => Ok(()),
@@ -90,7 +90,8 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(
         TaskAt { task, phi }: TaskAt<'a>,
-        (settings, sensitivity): (&'a PlanSettings, f64),
+        settings: &'a PlanSettings,
+        sensitivity: f64,
         plan: &'a mut Plan,
         scratch: &'a mut Scratch,
     ) -> Self {

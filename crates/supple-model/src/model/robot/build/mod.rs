@@ -297,8 +297,8 @@ impl Build<'_> {
         let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
         let read = |index: usize| {
             let at = ["model".into(), "sensors".into(), index.into()];
-            let table = self.document.table_with_kind(&at, &quantities.names())?;
-            read_sensor(table, (self.document, &at), &context)
+            let (kind, table) = self.document.table_with_kind(&at, &quantities.names())?;
+            read_sensor(kind, table, self.document.spot(&at), &context)
         };
         (0..count).map(read).collect()
     }
