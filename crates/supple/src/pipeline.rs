@@ -169,7 +169,7 @@ impl TaskState {
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
         task.write_guess(phi, controls, &mut self.plan.trajectory);
-        self.plan_from_guess(task.at(phi), Asked { settings: settings, patience: Patience::Full })
+        self.plan_from_guess(task.at(phi), Asked { settings, patience: Patience::Full })
     }
 
     /// Like [`plan_only`](Self::plan_only) from given controls, with the given patience.
