@@ -28,8 +28,11 @@ const REFINEMENTS: usize = 5;
 const TOLERANCE: f64 = 5e-2;
 /// Least number of steps of a coarse plan.
 const LEAST_STEPS: usize = 250;
-/// Tolerance of searches over longer steps, which cost less.
+/// Tolerance of searches over longer steps, which cost less, as friction becomes narrower.
 const COARSE_TOLERANCE: f64 = 1e-2;
+/// Their tolerance once friction is as narrow as it becomes. The times when joints stop move by about one step in each
+/// iteration, which is more the longer the steps are.
+const LAST_COARSE_TOLERANCE: f64 = 1e-4;
 /// The speed, one of [`SPEEDS`], by which friction over longer steps stays wider: if it sets in within a single step, the
 /// time when a joint stops is caught between two steps.
 const COARSE_SPEED: f64 = 0.01;
@@ -150,7 +153,7 @@ impl Approach<'_> {
             return None;
         }
         let counts: Vec<usize> = coarse(self.task.steps).collect();
-        let (&fewest, others) = counts.split_last()?;
+        let fewest = *counts.last()?;
         // Far from a plan, longer steps may lead elsewhere.
         let phi = self.parameters(0.0, SPEEDS[0], self.task.steps);
         let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
@@ -164,14 +167,14 @@ impl Approach<'_> {
         .ok()?;
         self.iterations += found.iterations;
         let (guess, deadline) = (&found.trajectory, work.deadline);
-        let loose = self.loose(COARSE_TOLERANCE);
+        let loose = self.loose(LAST_COARSE_TOLERANCE);
         let (mut plan, mut work) = self.empty(guess, fewest, deadline);
         for t in 0..fewest {
             let control = guess.controls.vector(t * guess.steps() / fewest);
             plan.trajectory.controls.vector_mut(t).copy_from_slice(control);
         }
         let mut kept = self.narrow(&mut plan, &mut work, scratch)?;
-        for &steps in others.iter().rev() {
+        for &steps in counts.iter().rev() {
             (plan, work) = self.empty(guess, steps, deadline);
             let phi = self.parameters(0.0, COARSE_SPEED, steps);
             let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
