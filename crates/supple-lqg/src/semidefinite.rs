@@ -1,4 +1,4 @@
-//! Positive semidefinite matrices: all tests of definiteness.
+//! Positive semidefinite matrices: the tests of definiteness of the sweeps.
 //!
 //! Matrices that are given are judged after scaling to a unit diagonal, so that units do not matter: [`refuse_indefinite`]
 //! and [`semidefinite_root`]. Computed covariances are judged by their rounding errors, which are relative to their largest

@@ -9,6 +9,7 @@
 //! | a file of at most 64 MiB; texts in place of files | [`read_text`], [`read_given`], [`with_texts`] |
 //! | something wrong in a file, and where | [`FileError`] |
 //! | names in messages, and the valid name nearest to a wrong one | [`nearest`], [`quoted`], [`owned`] |
+//! | words of a command line | [`shell_word`] |
 //! | untrusted text without control characters | [`plain`] |
 //! | numbers as text, short or exact | [`short`], [`digits`], [`exact`], [`significant`] |
 //! | units on pages and in figures | [`printed_unit`] |
@@ -178,6 +179,26 @@ pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     read_given(path)
 }
 
+/// A word as a shell takes it.
+///
+/// ```
+/// use supple_text::shell_word;
+///
+/// assert_eq!(shell_word("--set"), "--set");
+/// assert_eq!(shell_word("k 1"), "'k 1'");
+/// assert_eq!(shell_word("it's"), "'it'\\''s'");
+/// assert_eq!(shell_word(""), "''");
+/// ```
+#[must_use]
+pub fn shell_word(word: &str) -> String {
+    let plain = |letter: char| letter.is_alphanumeric() || "-_./=:,+@%".contains(letter);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
 /// Like [`read_text`], for a path that the user gave: it may also be a pipe.
 ///
 /// # Errors
@@ -210,9 +231,9 @@ pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     (best > 0.7).then(|| format!("did you mean `{name}`?"))
 }
 
-/// The list of valid names for an error message: `it has a, b`, or `it has none`.
+/// The list of valid names for an error message: `it has a, b`, or `none are defined`.
 pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
-    if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", quoted(names)) }
+    if names.is_empty() { "none are defined".to_owned() } else { format!("it has {}", quoted(names)) }
 }
 
 /// A text with its first letter in upper case.

@@ -16,6 +16,7 @@ use crate::arguments::{ModelKind, NewOptions};
 use crate::failure::Failure;
 use crate::output::{print_text, write_new};
 use ask::Asked;
+use supple_text::shell_word;
 
 const TWO_MASS: &str = include_str!("../../templates/new.toml");
 const LINEAR: &str = include_str!("../../templates/linear.toml");
@@ -61,7 +62,7 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     write(&path, &text)?;
     let command = if asked.robot.is_some() && asked.template.is_none() { "evaluate" } else { "design" };
     let chosen = chosen.map_or_else(String::new, |chosen| format!("{chosen}\n"));
-    print_text(&format!("wrote {wrote}\n{chosen}now try: supple {command} {path}\n"))?;
+    print_text(&format!("wrote {wrote}\n{chosen}Next: supple {command} {}\n", shell_word(&path)))?;
     Ok(Outcome::Success)
 }
 

@@ -68,8 +68,8 @@ fn summary(page: &mut String, task: &TaskBound) {
         (None, Some(reason)) => writeln!(page, "The minimum is NOT CERTIFIED: {reason}."),
         (None, None) => writeln!(
             page,
-            "Certified by interval arithmetic at a dual point, {:.1e} bits per step below the minimum found in {} \
-             Newton steps.",
+            "The lower bound is certified by interval arithmetic, {:.1e} bits per step below the minimum, which took \
+             {} Newton steps.",
             task.duality_gap_bits, task.newton_steps
         ),
         (Some(reason), _) => writeln!(page, "The lower bound is NOT PROVED: {reason}."),

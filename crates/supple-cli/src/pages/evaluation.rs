@@ -34,7 +34,7 @@ fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
     let TaskEvaluation { name, status, iterations, stationarity, .. } = task;
     let mut page = format!("{name}: {status} after {iterations} iterations, stationarity {stationarity:.1e}\n");
     if task.cost_curvature == Curvature::GaussNewton {
-        page.push_str("  curvature of the cost: Gauss-Newton's\n");
+        page.push_str("  cost curvature: Gauss-Newton\n");
     }
     if let Some(branches) = task.branches {
         let which = if branches == 1 { "" } else { "; this is the cheapest" };

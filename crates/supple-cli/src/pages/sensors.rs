@@ -125,7 +125,7 @@ fn certificate(study: &Sensors) -> String {
             ),
         };
     }
-    let _ = writeln!(text, "{tried} sets and regions were evaluated.");
+    let _ = writeln!(text, "{tried} sensor sets and branch-and-bound regions were evaluated.");
     text
 }
 

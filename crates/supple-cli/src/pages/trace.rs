@@ -98,8 +98,8 @@ fn best(study: &Trace) -> String {
     let values: Vec<String> =
         best.end.parameters.0.iter().map(|(name, value)| format!("{name} = {}", number(*value))).collect();
     format!(
-        "The best design, {}, has {} bits; {} with the {} gradient found it from start {}.\n{same} of {} searches ended \
-         within {} % of its information, within all bounds. Seed {}.\n",
+        "The best design, {}, has {} bits; {} with the {} gradient found it from start {}.\n{same} of {} searches met all \
+         cost limits and ended within {} % of its information. Seed {}.\n",
         values.join(", "),
         number(least / std::f64::consts::LN_2),
         best.method,

@@ -29,7 +29,7 @@ fn chain(insides: &[&str], limits: &str) -> String {
 fn planned(folder: &Folder) -> (String, serde_json::Value) {
     let run = folder.run(&["new", "reach", "--robot", "robot.urdf"]);
     // What the robot's file warns of is on standard error.
-    let said = "wrote reach.toml\nnow try: supple evaluate reach.toml\n";
+    let said = "wrote reach.toml\nNext: supple evaluate reach.toml\n";
     assert_eq!((run.code, &*run.stdout), (Some(0), said), "{}", run.stderr);
     let text = std::fs::read_to_string(folder.path("reach.toml")).unwrap();
     let run = folder.run(&["evaluate", "reach.toml", "--json"]);

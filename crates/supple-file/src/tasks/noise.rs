@@ -91,7 +91,7 @@ impl Reader<'_> {
             Ok(())
         };
         match (rows, deviations) {
-            (Some(_), Some(_)) => Err(wrong(&[], format!("replaces `{key}`; give only one of them"))),
+            (Some(_), Some(_)) => Err(wrong(&[], format!("`{key}` and `{deviation_key}` are both given; keep one"))),
             (Some(rows), None) => self.read_covariance(key, rows, names).map(Some),
             (None, None) => Ok(None),
             (None, Some(mut rows)) => {

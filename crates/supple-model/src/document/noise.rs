@@ -26,7 +26,7 @@ pub const DEVIATION: &str = "deviation";
 /// ```
 pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>), &'static str> {
     match (table.has(DEVIATION), table.has("variance")) {
-        (true, true) => Err("replaces `variance`; give only one of them"),
+        (true, true) => Err("`variance` and `deviation` are both given; keep one"),
         (true, false) => Ok((DEVIATION, table.renamed(DEVIATION, "variance"))),
         (false, _) => Ok(("variance", table)),
     }

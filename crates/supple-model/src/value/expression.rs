@@ -1,7 +1,7 @@
 //! Expressions of parameters, such as `2 * sqrt(k * m)`, in the place of numbers.
 
-use std::collections::BTreeSet;
-use std::sync::Mutex;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use supple_kernels::{Dual, Scalar};
 
@@ -11,7 +11,7 @@ use super::range::Range;
 ///
 /// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expression(&'static Tree);
+pub struct Expression(&'static Stored);
 
 /// What an expression is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,44 +60,58 @@ impl Function {
 /// Integer powers up to this exponent use multiplications.
 const MOST_MULTIPLIED: f64 = 64.0;
 
-static KEPT: Mutex<Vec<&'static Tree>> = Mutex::new(Vec::new());
+/// All expressions so far, by their index, and the index of each by what it is made of.
+struct Store {
+    all: Vec<&'static Stored>,
+    known: BTreeMap<String, usize>,
+}
+
+/// An expression with its index among all that are stored.
+#[derive(Debug, PartialEq)]
+struct Stored {
+    tree: Tree,
+    place: usize,
+}
+
+static STORE: Mutex<Store> = Mutex::new(Store { all: Vec::new(), known: BTreeMap::new() });
+
+fn store() -> MutexGuard<'static, Store> {
+    STORE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 impl Expression {
     pub(super) fn new(tree: Tree) -> Self {
-        let mut kept = KEPT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(known) = kept.iter().find(|known| ***known == tree) {
-            return Self(known);
+        let Store { all, known } = &mut *store();
+        let place = *known.entry(format!("{tree:?}")).or_insert(all.len());
+        if place == all.len() {
+            all.push(Box::leak(Box::new(Stored { tree, place })));
         }
-        let new: &'static Tree = Box::leak(Box::new(tree));
-        kept.push(new);
-        Self(new)
+        Self(all[place])
     }
 
     /// Its index among all stored expressions.
     pub(super) fn place(self) -> usize {
-        let kept = KEPT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        kept.iter().position(|known| std::ptr::eq(*known, self.0)).unwrap_or(usize::MAX)
+        self.0.place
     }
 
     /// The expression with this index.
     pub(super) fn at(place: usize) -> Option<Self> {
-        let kept = KEPT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        kept.get(place).map(|tree| Self(tree))
+        store().all.get(place).map(|stored| Self(stored))
     }
 
     pub(super) fn tree(self) -> &'static Tree {
-        self.0
+        &self.0.tree
     }
 
     /// The value, given all parameters.
     pub fn resolve<S: Scalar>(self, phi: &[S]) -> S {
-        self.0.resolve(phi)
+        self.0.tree.resolve(phi)
     }
 
     /// The indices of its parameters, in increasing order.
     pub fn parameters(self) -> Vec<usize> {
         let mut found = BTreeSet::new();
-        self.0.collect(&mut found);
+        self.0.tree.collect(&mut found);
         found.into_iter().collect()
     }
 
@@ -107,7 +121,7 @@ impl Expression {
         let mut all: Vec<Dual<f64, 1>> = phi.iter().map(|&value| Dual::fixed(value)).collect();
         let slope = |index: usize| {
             all[index] = Dual::variable(phi[index], 0);
-            let slope = self.0.resolve(&all).tangents[0];
+            let slope = self.0.tree.resolve(&all).tangents[0];
             all[index] = Dual::fixed(phi[index]);
             (index, slope)
         };
@@ -117,7 +131,7 @@ impl Expression {
     /// Bounds on its values, given the bounds of all parameters; conservative if a parameter occurs in
     /// it more than once.
     pub fn range(self, bounds: &impl Fn(usize) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
-        self.0.range(bounds).map(|Range { lower, upper }| [lower, upper])
+        self.0.tree.range(bounds).map(|Range { lower, upper }| [lower, upper])
     }
 }
 

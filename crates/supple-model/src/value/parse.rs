@@ -41,10 +41,10 @@ pub(super) fn parse(
     }
     let parsed = terminated(sum, (multispace0, eof)).parse(text).map_err(|error| {
         let (before, after) = text.split_at(error.offset());
-        let after = if after.trim().is_empty() { "the end".to_owned() } else { format!("`{}`", after.trim()) };
+        let after = if after.trim().is_empty() { "end".to_owned() } else { format!("`{}`", after.trim()) };
         let before =
             if before.trim().is_empty() { "at the beginning".to_owned() } else { format!("after `{}`", before.trim()) };
-        format!("is not a valid expression: {before} came {after}")
+        format!("is not a valid expression: unexpected {after} {before}")
     })?;
     bind(parsed, index_of)
 }

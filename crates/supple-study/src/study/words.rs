@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use supple::design::DesignSettings;
 use supple::parameters::Scale;
+use supple_text::shell_word;
 
 use super::{Study, Work};
 use crate::evaluate::EvaluateOptions;
@@ -66,7 +67,7 @@ impl Study {
 impl fmt::Display for Study {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("supple")?;
-        self.words().iter().try_for_each(|word| write!(f, " {}", quoted(word)))
+        self.words().iter().try_for_each(|word| write!(f, " {}", shell_word(word)))
     }
 }
 
@@ -164,28 +165,5 @@ impl fmt::Display for DesignChoice {
         let Self::Named(_, values) = self else { return Ok(()) };
         let values: Vec<String> = values.iter().map(|(name, value)| format!("{name}:{value}")).collect();
         write!(f, "={}", values.join(","))
-    }
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |letter: char| letter.is_alphanumeric() || "-_./=:,+@%".contains(letter);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quoted;
-
-    #[test]
-    fn words_can_be_pasted_into_a_shell() {
-        assert_eq!(quoted("--set"), "--set");
-        assert_eq!(quoted("k 1"), "'k 1'");
-        assert_eq!(quoted("it's"), "'it'\\''s'");
-        assert_eq!(quoted(""), "''");
     }
 }

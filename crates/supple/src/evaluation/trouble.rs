@@ -58,9 +58,10 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
     let broken = numbers.into_iter().find(|(_, value)| !value.is_finite());
     let lowered = state.lowered().map(|part| {
         format!(
-            "task `{}`: noise would lower the cost, by {part:.3e}: the cost is not convex along the plan, so expected cost \
+            "task `{}`: noise would lower the cost, by {}: the cost is not convex along the plan, so expected cost \
              and information are not valid. Relax the active limits of the plan, or reduce the costs that act against them",
-            task.name
+            task.name,
+            digits(part)
         )
     });
     let mut warnings: Vec<String> = broken
@@ -99,12 +100,13 @@ fn exceeded(task: &Task, phi: &[f64], plan: &Plan) -> Option<String> {
     let (side, which) = if upper { ("above", "upper") } else { ("below", "lower") };
     let given = if step == 0 && !limits.of_control()[end] { ": the initial state exceeds it" } else { "" };
     Some(format!(
-        "task `{}`: the plan exceeds an enforced limit ({} iterations): at step {step} ({:.4} s) `{}` is {excess:.3e} {} {side} its {which} \
+        "task `{}`: the plan exceeds an enforced limit ({} iterations): at step {step} ({:.4} s) `{}` is {} {} {side} its {which} \
          limit, {}{given}",
         task.name,
         plan.iterations,
         step as f64 * task.time_step.resolve::<f64>(phi),
         channel.name,
+        digits(excess),
         channel.unit,
         digits(bounds[end]),
     ))
@@ -120,12 +122,12 @@ fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {
     let unit = |index: usize| channels.states.get(index).map_or("", |channel| channel.unit.as_str());
     let (step, control) = plan.steepest;
     let mut text = format!(
-        "task `{}`: the plan did not converge ({}, {} iterations): at {} the cost still changes by {:.2e} per unit of `{}`",
+        "task `{}`: the plan did not converge ({}, {} iterations): at {} the cost still changes by {} per unit of `{}`",
         task.name,
         plan.status,
         plan.iterations,
         when(step),
-        plan.stationarity,
+        digits(plan.stationarity),
         name(&channels.controls, control, "control"),
     );
     if let Some((step, state, change)) = fastest(plan) {

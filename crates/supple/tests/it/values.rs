@@ -115,8 +115,8 @@ fn the_least_of_an_expression_is_within_the_bounds_of_its_parameters() {
 #[test]
 fn what_is_no_expression_is_said_by_place() {
     for (stiffness, expected) in [
-        ("k1 *", "after `k1 *` came the end"),
-        ("k1 k2", "after `k1` came `k2`"),
+        ("k1 *", "unexpected end after `k1 *`"),
+        ("k1 k2", "unexpected `k2` after `k1`"),
         ("(k1", "1 opening and 0 closing"),
         ("cosh(k1)", "unknown function `cosh`; valid: `sqrt`"),
         ("k1 + k3", "parameter `k3` is not declared"),
@@ -150,7 +150,7 @@ fn standard_deviations_stand_for_variances() {
     gradient.iter().zip(&other_gradient).for_each(|(own, other)| assert_close(*other, *own, 1e-8));
 
     let both = error(&with(&two_mass(), &[(given, &format!("{given}\n{deviations}"))]));
-    assert!(both.contains("noise.initial_deviation: replaces `initial`"), "{both}");
+    assert!(both.contains("`initial` and `initial_deviation` are both given"), "{both}");
     let negative =
         error(&with(&two_mass(), &[(given, "initial_deviation = [-0.1, 0.1, 0.1, 0.1, \"wall_variance\"]")]));
     assert!(
@@ -180,7 +180,7 @@ fn sensors_have_deviations() {
     assert!(
         message("deviation = 0.0").contains("sensors[0].deviation: must be above 0: sensor noise is required; found 0")
     );
-    assert!(message("deviation = 0.1\nvariance = 0.01").contains("replaces `variance`"));
+    assert!(message("deviation = 0.1\nvariance = 0.01").contains("`variance` and `deviation` are both given"));
 }
 
 /// The two masses per second, with another time step over the same 2.5 s.

@@ -61,7 +61,7 @@ fn sensors() {
         ),
         (
             arm().sensing(&sensor("coupling_force", "coupling = \"gripper\"\nvariance = 1.0")),
-            "task.toml:6:12: model.sensors[0].coupling: the model has no compliance `gripper`: it has none",
+            "task.toml:6:12: model.sensors[0].coupling: the model has no compliance `gripper`: none are defined",
         ),
         (
             contact("normal = [1.0, 0.0, 0.0]")
@@ -89,7 +89,7 @@ fn sensors() {
         ),
         (
             arm().sensing(&sensor("file", "select = [\"angle\"]\nvariance = 1.0")),
-            "task.toml:6:10: model.sensors[0].select: the robot file has no sensor `angle`: it has none",
+            "task.toml:6:10: model.sensors[0].select: the robot file has no sensor `angle`: none are defined",
         ),
         (
             elastic()
@@ -208,7 +208,7 @@ fn costs() {
         ),
         (
             one("contact_force", "contact = \"wall\"\ntarget = 1.0\nsmoothing = 0.1"),
-            "task.toml:24:11: tasks[0].costs[0].contact: the model has no contact `wall`: it has none",
+            "task.toml:24:11: tasks[0].costs[0].contact: the model has no contact `wall`: none are defined",
         ),
         (
             contact("normal = [1.0, 0.0, 0.0]")
@@ -235,7 +235,7 @@ fn costs() {
         ),
         (
             one("coupling_force", "coupling = \"tool\"\nselect = [\"x\"]"),
-            "task.toml:24:12: tasks[0].costs[0].coupling: the model has no compliance `tool`: it has none",
+            "task.toml:24:12: tasks[0].costs[0].coupling: the model has no compliance `tool`: none are defined",
         ),
         (
             force("coupling = \"gripper\"\nselect = [\"force\"]"),

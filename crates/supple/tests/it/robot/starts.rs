@@ -88,7 +88,7 @@ fn keyframes_that_do_not_exist() {
         ),
         (
             start(arm(), "key = \"home\"\n"),
-            "task.toml:13:7: tasks[0].initial_state.key: the robot's file has no keyframe `home`: it has none (name \
+            "task.toml:13:7: tasks[0].initial_state.key: the robot's file has no keyframe `home`: none are defined (name \
              positions of joints instead, or give a `pose`)",
         ),
         (start(arm(), "key = 3\n"), "task.toml:13:7: tasks[0].initial_state.key: must be text in quotes; found 3"),
