@@ -54,8 +54,8 @@ pub struct OwnRates {
 /// assert!(regulator_distance(&plant, &dynamics, &cost)? < 1e-8, "its regulator is exact but for rounding");
 ///
 /// // With W = 1 and V = 2 the variance before each measurement is 2: 1/2 ln((2 + 2) / 2).
-/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
-/// let knots = Knots::linear(2, plant)?;
+/// let linear = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(2, linear)?;
 /// let noise = Noise { initial: one.clone(), process: one, measurement: constant(&[[2.0]]) };
 /// let own = own_rates(&plant, &knots, &noise)?.ok_or("the filter has no steady state")?;
 /// assert!((own.measurement_nats - 0.5 * 2f64.ln()).abs() < 1e-9);

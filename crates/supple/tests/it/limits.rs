@@ -198,7 +198,7 @@ fn a_plan_that_begins_outside_a_limit_does_not_keep_it() {
     let task = &at.tasks[0];
     assert_eq!((task.status, at.feasible), (PlanStatus::LimitsExceeded, false));
     assert_eq!(task.limits_violated.iter().map(|limit| (limit.step, limit.steps)).collect::<Vec<_>>(), [(0, 1)]);
-    let said = "at step 0 (0.0000 s) `v1` is 1.000e-3 m/s below its lower limit, 0.001: the initial state exceeds it";
+    let said = "at step 0 (0.0000 s) `v1` is 0.001 m/s below its lower limit, 0.001: the initial state exceeds it";
     assert!(at.warnings().any(|warning| warning.contains(said)), "{:?}", at.warnings().collect::<Vec<_>>());
 }
 
