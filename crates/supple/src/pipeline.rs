@@ -266,7 +266,7 @@ impl TaskState {
         self.has_total_gradient()?;
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));
-        let given = planned(task.at(phi), plan, belief, noise);
+        let given = Planned::of(task.at(phi), plan, belief, noise);
         total_gradient(&given, functional, work, scratch, out)
     }
 
@@ -280,7 +280,7 @@ impl TaskState {
         }
         self.has_total_gradient()?;
         let Self { plan, belief, noise, scratch, .. } = self;
-        planned(task.at(phi), plan, belief, noise).nominal(scratch, out);
+        Planned::of(task.at(phi), plan, belief, noise).nominal(scratch, out);
         Ok(())
     }
 
@@ -326,7 +326,7 @@ impl TaskState {
     pub(crate) fn information_at_rest(&mut self, task: &Task, phi: &[f64]) -> [Vec<f64>; 2] {
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));
-        let given = planned(task.at(phi), plan, belief, noise);
+        let given = Planned::of(task.at(phi), plan, belief, noise);
         information_at_rest(&given, work, scratch)
     }
 
@@ -334,19 +334,7 @@ impl TaskState {
     pub fn frozen_gradient(&mut self, task: &Task, phi: &[f64], out: &mut FrozenGradient) {
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));
-        frozen_gradient(&planned(task.at(phi), plan, belief, noise), work, scratch, out);
-    }
-}
-
-fn planned<'a>(TaskAt { task, phi }: TaskAt<'a>, plan: &'a Plan, belief: &'a Belief, noise: &'a Noise) -> Planned<'a> {
-    Planned {
-        system: &*task.system,
-        phi,
-        noise_model: &task.noise,
-        initial_state: &task.initial_state,
-        plan,
-        belief,
-        noise,
+        frozen_gradient(&Planned::of(task.at(phi), plan, belief, noise), work, scratch, out);
     }
 }
 

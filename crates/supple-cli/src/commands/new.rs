@@ -11,12 +11,13 @@ mod tried;
 use std::io::ErrorKind;
 use std::path::Path;
 
+use supple_text::shell_word;
+
 use crate::Outcome;
 use crate::arguments::{ModelKind, NewOptions};
 use crate::failure::Failure;
 use crate::output::{print_text, write_new};
 use ask::Asked;
-use supple_text::shell_word;
 
 const TWO_MASS: &str = include_str!("../../templates/new.toml");
 const LINEAR: &str = include_str!("../../templates/linear.toml");

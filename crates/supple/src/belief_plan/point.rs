@@ -79,15 +79,7 @@ impl Point {
 
     /// The inputs that gradients need.
     pub fn gradient<'a>(&'a self, task: &'a Task, phi: &'a [f64]) -> Planned<'a> {
-        Planned {
-            system: &*task.system,
-            phi,
-            noise_model: &task.noise,
-            initial_state: &task.initial_state,
-            plan: &self.plan,
-            belief: &self.belief,
-            noise: &self.noise,
-        }
+        Planned::of(task.at(phi), &self.plan, &self.belief, &self.noise)
     }
 }
 

@@ -10,6 +10,7 @@ use super::kept::vary_within_limits;
 use super::workspace::GradientWorkspace;
 use crate::Error;
 use crate::plan::Plan;
+use crate::problem::{Task, TaskAt};
 
 /// A number that depends on the knots: a weighted sum of the directed information and of the noise's parts of the
 /// expected cost.
@@ -68,6 +69,12 @@ pub struct Planned<'a> {
 }
 
 impl<'a> Planned<'a> {
+    /// A plan of a task at values of the parameters, with the belief along it and the noise.
+    pub(crate) fn of(TaskAt { task, phi }: TaskAt<'a>, plan: &'a Plan, belief: &'a Belief, noise: &'a Noise) -> Self {
+        let Task { system, noise: noise_model, initial_state, .. } = task;
+        Self { system: &**system, phi, noise_model, initial_state, plan, belief, noise }
+    }
+
     /// The active limits of the plan; `None` if none is active.
     fn limits(&self) -> Option<&'a dyn Constraints> {
         self.system.constraints().filter(|_| self.plan.is_at_limits())
