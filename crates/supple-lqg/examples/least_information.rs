@@ -15,8 +15,7 @@ pub fn main() -> Result<(), Error> {
     let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[10.0, 0.0], [0.0, 1.0]], r: &[[0.01]] };
     let knots = Knots::linear(50, plant)?;
     let mut policy = Policy::zeros(knots.dimensions, 50);
-    solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-        .map_err(|step| Error::NotPositiveDefinite { what: "the curvature of the cost by the control", step })?;
+    solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
     let noise = Noise {
         initial: constant(&[[1e-2, 0.0], [0.0, 1e-2]]),
         process: constant(&[[1e-8, 0.0], [0.0, 1e-4]]),

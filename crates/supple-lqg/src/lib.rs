@@ -1,5 +1,5 @@
-//! Time-varying LQG over arrays: Riccati and Kalman sweeps, directed information, adjoints of all of them, and
-//! certified lower bounds of the information that a task needs.
+//! Time-varying LQG over arrays: Riccati and Kalman sweeps, directed information, adjoints of all of them,
+//! certified lower bounds of the information that a task needs, and the choice of sensors.
 //!
 //! The crate has no notion of models, parameters or files. Its input is [`Knots`]: a system along a trajectory as `A_t`,
 //! `B_t`, `C_t` and the second-order expansion of its cost, and [`Noise`] as covariance matrices. Everything else is a
@@ -11,7 +11,10 @@
 //! | What does a Kalman filter know at each step? | [`kalman`] |
 //! | How much information do the measurements deliver, `DI(x -> y)`? | [`information()`] |
 //! | How much of it does the controller use, `DI(x -> u)`? | [`control_information`] |
+//! | What does each kind of noise cost? | [`cost_parts`] |
 //! | What is the minimum over all sensors and controllers? | [`bound::minimum_information`] |
+//! | Which sensors are worth their price? | [`sensors::Selection`] |
+//! | Which feedback if large costs count more? | [`risk::solve`] |
 //! | What are their gradients with respect to all arrays? | [`reverse_kalman`], [`reverse_riccati`],
 //! [`add_control_partials`], [`bound::Sensitivity`] |
 //!
@@ -58,6 +61,7 @@ mod arrays;
 pub mod belief;
 pub mod bound;
 mod carried;
+mod cost;
 #[doc(hidden)]
 pub mod dense;
 mod error;
@@ -68,7 +72,9 @@ mod partials;
 mod recursion;
 mod riccati;
 mod riccati_adjoint;
+pub mod risk;
 mod semidefinite;
+pub mod sensors;
 mod shape;
 mod transport;
 
@@ -77,6 +83,7 @@ pub use belief::{
     Belief, BeliefAdjoint, BeliefSeeds, Innovation, correct_each, kalman, predict_each, reverse_kalman, solve_column,
 };
 pub use bound::Horizon;
+pub use cost::{CostParts, cost_parts};
 pub use error::Error;
 pub use information::{Information, add_control_partials, control_information, entropy_form, information, paper_form};
 pub use knots::{Dimensions, KnotAdjoints, Knots, LinearQuadratic};

@@ -77,8 +77,7 @@ impl RiccatiAdjoint {
 /// let plant = LinearQuadratic { a: &[[0.0]], b: &[[0.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
 /// let knots = Knots::linear(10, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, 10);
-/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// let one = constant(&[[1.0]]);
 /// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
 /// let seeds = RiccatiSeeds { process: 1.0, ..RiccatiSeeds::default() };

@@ -55,16 +55,6 @@ pub enum Error {
     /// Stopped by [`halt`](crate::halt).
     #[error("stopped; no result was stored")]
     Stopped,
-    /// A size exceeds its limit.
-    #[error("{what} must be at most {most}; found {found}")]
-    TooMany {
-        /// What was asked for.
-        what: String,
-        /// How many.
-        found: usize,
-        /// How many there may be.
-        most: usize,
-    },
     /// An invalid number or matrix in the plan of a task.
     #[error("task `{task}`: {error}")]
     InTask {
@@ -111,33 +101,6 @@ pub enum Error {
         /// The kind of plan, as in a task file.
         plan: &'static str,
     },
-    /// Candidate sensors whose noise is correlated.
-    #[error("the noise of measurements {first} and {second} is correlated; put both in one sensor")]
-    CorrelatedSensors {
-        /// The index of a measurement of one.
-        first: usize,
-        /// The index of a measurement of the other.
-        second: usize,
-    },
-    /// No set of sensors within the limits is good enough.
-    #[error(
-        "no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}"
-    )]
-    NoSensorsSuffice {
-        /// The bound on the expected cost.
-        bound: f64,
-        /// The expected cost with every candidate.
-        least: f64,
-    },
-    /// No set of sensors that is good enough was found.
-    #[error(
-        "no set of sensors within the limits with an expected cost of at most {bound} was found, which does not prove that \
-         there is none: ask for the method `exhaustive`, or loosen the limits"
-    )]
-    NoSensorsFound {
-        /// The bound on the expected cost.
-        bound: f64,
-    },
     /// An error of a computation in another process, with its message.
     #[error("{0}")]
     Elsewhere(String),
@@ -148,12 +111,11 @@ impl Error {
     pub fn is_of_request(&self) -> bool {
         matches!(
             self,
-            Self::Lqg(lqg::Error::CostBelowLeast { .. } | lqg::Error::Shape { .. })
+            Self::Lqg(lqg::Error::CostBelowLeast { .. } | lqg::Error::Shape { .. } | lqg::Error::TooMany { .. })
                 | Self::Parameter(_)
                 | Self::Unknown { .. }
                 | Self::NoTotalGradient { .. }
                 | Self::Planning { .. }
-                | Self::TooMany { .. }
         )
     }
 

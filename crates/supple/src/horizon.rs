@@ -193,7 +193,6 @@ fn law_of(plan: &Plan) -> Result<Cow<'_, Policy>, Error> {
     }
     let Knots { dimensions, dynamics, cost, .. } = &plan.knots;
     let mut law = Policy::zeros(*dimensions, plan.knots.steps());
-    solve_riccati(dynamics, cost, Regularisation::default(), &mut law)
-        .map_err(|step| Error::not_definite("the control's curvature", step))?;
+    solve_riccati(dynamics, cost, Regularisation::default(), &mut law)?;
     Ok(Cow::Owned(law))
 }

@@ -55,7 +55,6 @@ mod branches;
 pub mod check;
 mod continuation;
 mod controller;
-mod cost_parts;
 pub mod design;
 mod elsewhere;
 mod error;
@@ -79,7 +78,6 @@ mod stop;
 mod touching;
 
 pub use controller::{Controller, ControllerRun};
-pub use cost_parts::{CostParts, cost_parts};
 pub use elsewhere::{Elsewhere, Other, Runs};
 pub use error::Error;
 pub use evaluation::{
@@ -98,7 +96,7 @@ pub use stability::Stability;
 pub use stop::Stop;
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch, halt, math};
 pub use supple_lqg as lqg;
-pub use supple_lqg::Dimensions;
+pub use supple_lqg::{CostParts, Dimensions, cost_parts};
 pub use supple_model::{
     CENTER_OF_MASS, Channel, Channels, Contact, ContactReport, ContactState, Drive, EFFORT, FRAME_SIGNALS, FileError,
     FileSensor, Instruction, Kinds, Limit, LimitViolation, Limited, Linear, Model, NEGLIGIBLE_FORCE, Named, Names,

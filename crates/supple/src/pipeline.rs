@@ -31,7 +31,7 @@
 //! assert!(state.plan.status.is_converged());
 //! assert!((state.information.total / std::f64::consts::LN_2 - 33.3).abs() < 0.01);
 //! assert!((state.cost.expected() - 11.9).abs() < 0.01);
-//! assert_eq!(cost_parts(&state.plan, &state.belief, &state.noise), state.cost);
+//! assert_eq!(cost_parts(state.plan.nominal_cost, &state.plan.policy, &state.belief, &state.noise), state.cost);
 //!
 //! // Noise of the sensor lowers its information.
 //! let mut gradient = Vec::new();
@@ -42,14 +42,11 @@
 
 use std::time::{Duration, Instant};
 use supple_kernels::{Matrices, Scratch};
-use supple_lqg::Noise;
 use supple_lqg::bound::Nearby;
-use supple_lqg::{Belief, kalman};
-use supple_lqg::{Information, information};
+use supple_lqg::{Belief, CostParts, Information, Noise, cost_parts, information, kalman};
 
 use crate::Error;
 use crate::belief_plan::{Memory, belief_plan_gradient, plan_belief};
-use crate::cost_parts::{CostParts, cost_parts};
 use crate::gradient::{
     FrozenGradient, Functional, GradientWorkspace, Planned, Quantity, frozen_gradient, information_at_rest,
     total_gradient,
@@ -230,7 +227,7 @@ impl TaskState {
         Error::check_stop()?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
-        self.cost = cost_parts(&self.plan, &self.belief, &self.noise);
+        self.cost = cost_parts(self.plan.nominal_cost, &self.plan.policy, &self.belief, &self.noise);
         if self.lowered().is_some() && self.plan.status.is_converged() {
             self.plan.status = PlanStatus::Indefinite;
         }

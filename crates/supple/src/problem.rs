@@ -130,7 +130,7 @@ pub fn check_rollouts(rollouts: usize) -> Result<(), Error> {
 /// # Errors
 /// Where there are more than `most`.
 pub(crate) fn check_count(what: impl Into<String>, found: usize, most: usize) -> Result<(), Error> {
-    if found <= most { Ok(()) } else { Err(Error::TooMany { what: what.into(), found, most }) }
+    if found <= most { Ok(()) } else { Err(Error::Lqg(supple_lqg::Error::TooMany { what: what.into(), found, most })) }
 }
 
 impl Problem {

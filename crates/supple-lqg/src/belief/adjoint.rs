@@ -4,6 +4,7 @@ use supple_kernels::rows::{
 };
 use supple_kernels::{Job, Lanes, Matrices, dispatch, rows};
 
+use super::kalman::one_at_a_time;
 use super::sequential::{Memory, ReverseEach};
 use super::state::{Belief, Form};
 use crate::dense::{cholesky, dense};
@@ -40,6 +41,8 @@ pub struct BeliefAdjoint {
     reciprocals: Matrices,
     /// `L`, n x p.
     gain: Matrices,
+    /// The adjoints of all `Sigma_t`, where they are kept.
+    kept: Option<Matrices>,
 }
 
 impl BeliefAdjoint {
@@ -56,7 +59,21 @@ impl BeliefAdjoint {
             factor: Matrices::zeros(1, p, p),
             reciprocals: Matrices::vectors(1, p),
             gain: Matrices::zeros(1, n, p),
+            kept: None,
         }
+    }
+
+    /// Memory that keeps the adjoints of all `Sigma_t` for [`corrected`](Self::corrected).
+    #[must_use]
+    pub fn keeping(states: usize, measurements: usize, steps: usize) -> Self {
+        let kept = Some(Matrices::zeros(steps + 1, states, states));
+        Self { kept, ..Self::new(states, measurements) }
+    }
+
+    /// The derivatives of the last sweep with respect to all `Sigma_t`, n x n, N + 1 of them, if they were kept: what a
+    /// change of the covariance at `t`, as by one more measurement, does to all that follows.
+    pub fn corrected(&self) -> Option<&Matrices> {
+        self.kept.as_ref()
     }
 }
 
@@ -159,8 +176,11 @@ impl Sweep<'_> {
         if let Some((_, by_corrected)) = self.seeds.covariances {
             add_scaled::<L>(self.work.sigma.at_mut(0), 1.0, by_corrected.at(steps));
         }
-        let picks = self.knots.picks.as_deref().filter(|_| self.noise.measurements_are_independent());
+        let picks = one_at_a_time(self.knots, self.noise);
         for t in (0..=steps).rev() {
+            if let Some(kept) = &mut self.work.kept {
+                kept.at_mut(t).copy_from_slice(self.work.sigma.at(0));
+            }
             match picks {
                 Some(picks) => {
                     let (belief, information) = (self.belief, self.seeds.information);

@@ -33,6 +33,15 @@ pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), E
     dispatch(Sweep { knots, noise, belief })
 }
 
+/// The states that are measured, if each measurement is of one state with noise of its own, so that measurements can be
+/// taken one at a time; none at all if nothing is measured.
+pub(super) fn one_at_a_time<'a>(knots: &'a Knots, noise: &Noise) -> Option<&'a [usize]> {
+    match knots.dimensions.measurements {
+        0 => Some(&[]),
+        _ => knots.picks.as_deref().filter(|_| noise.measurements_are_independent()),
+    }
+}
+
 struct Sweep<'a> {
     knots: &'a Knots,
     noise: &'a Noise,
@@ -59,7 +68,7 @@ impl Job for Sweep<'_> {
 fn sweep<L: Lanes, R: Rows>(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
     let (steps, shape) = (knots.steps(), Shape::<R>::of(knots.dimensions));
     belief.repairs = 0;
-    let picks = knots.picks.as_deref().filter(|_| noise.measurements_are_independent());
+    let picks = one_at_a_time(knots, noise);
     belief.form = if picks.is_some() { Form::EachAlone } else { Form::Together };
     let suggested = if !R::CALLED { None } else { Carried::suggested(&knots.dynamics, LEAST) };
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));

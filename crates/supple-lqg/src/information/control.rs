@@ -27,8 +27,7 @@ use crate::riccati::Policy;
 /// let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
 /// let knots = Knots::linear(100, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, 100);
-/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// let noise = Noise {
 ///     initial: constant(&[[0.01, 0.0], [0.0, 0.01]]),
 ///     process: constant(&[[1e-6, 0.0], [0.0, 1e-4]]),

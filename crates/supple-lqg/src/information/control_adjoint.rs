@@ -24,8 +24,7 @@ use crate::riccati::Policy;
 /// let plant = LinearQuadratic { a: &[[0.9]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
 /// let knots = Knots::linear(10, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, 10);
-/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// let one = constant(&[[1.0]]);
 /// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
 /// let mut belief = Belief::zeros(1, 1, 10);

@@ -15,8 +15,7 @@ use super::policy::Policy;
 /// let mut knots = Knots::linear(1, plant)?;
 /// knots.cost.set(0, 1, 2, 4.0);
 /// let mut policy = Policy::zeros(knots.dimensions, 1);
-/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// let (mut joint, mut costates) = (Matrices::vectors(2, 2), Matrices::vectors(2, 1));
 /// solve_lq(&knots.dynamics, &policy, &mut joint, &mut costates);
 /// assert!((joint.vector(0)[1] + 2.0).abs() < 1e-12, "du = -4 / 2");

@@ -26,6 +26,7 @@ pub use self::policy::Policy;
 use self::quadratic::{Knot, form};
 pub use self::rooted::Rooted;
 pub use self::rounding::least_cost_rounding;
+use crate::Error;
 use crate::carried::Carried;
 use crate::shape::{Shape, by_length};
 
@@ -39,7 +40,7 @@ use crate::shape::{Shape, by_length};
 /// `cost` is `[l_zz | l_z]`, (n + m) x (n + m + 1). The regularisation affects the gains only.
 ///
 /// # Errors
-/// The step at which `Q_uu` is not positive definite.
+/// Where `Q_uu` is not positive definite.
 ///
 /// ```
 /// use supple_lqg::{Knots, LinearQuadratic, Policy, Regularisation, solve_riccati};
@@ -48,8 +49,7 @@ use crate::shape::{Shape, by_length};
 /// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
 /// let knots = Knots::linear(50, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, knots.steps());
-/// let decrease = solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// let decrease = solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// assert!((policy.curvature.get(0, 0, 0) - (1.0 + 5f64.sqrt()) / 2.0).abs() < 1e-12);
 /// assert_eq!(decrease.linear, 0.0, "x = 0 is already optimal");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -59,14 +59,14 @@ pub fn solve_riccati(
     cost: &Matrices,
     regularisation: Regularisation,
     policy: &mut Policy,
-) -> Result<Decrease, usize> {
+) -> Result<Decrease, Error> {
     solve_limited(Lq { dynamics, cost, regularisation, limits: None, with_value: true }, policy)
 }
 
 /// As [`solve_riccati`], under limits of the controls (theory, equation P.7).
 ///
 /// # Errors
-/// The step at which `Q_uu` is not positive definite on the controls that are free.
+/// Where `Q_uu` is not positive definite on the controls that are free.
 ///
 /// ```
 /// use supple_lqg::{ControlBounds, Knots, Limits, LinearQuadratic, Lq, Matrices, Policy, Regularisation, solve_limited};
@@ -84,12 +84,13 @@ pub fn solve_riccati(
 ///     with_value: true,
 /// };
 /// let mut policy = Policy::zeros(knots.dimensions, 1);
-/// solve_limited(lq, &mut policy).map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// solve_limited(lq, &mut policy)?;
 /// assert_eq!((policy.feedforward.get(0, 0, 0), policy.clamped[0]), (-1.0, true));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
-    dispatch(Sweep { lq, policy })
+pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, Error> {
+    let indefinite = |step| Error::NotPositiveDefinite { what: "the control's curvature", step };
+    dispatch(Sweep { lq, policy }).map_err(indefinite)
 }
 
 /// Number of states from which exploiting the position-rate structure pays off.

@@ -22,8 +22,7 @@ use super::policy::Policy;
 /// knots.cost.set(0, 1, 2, 4.0); // the slope in u
 /// let mut policy = Policy::zeros(knots.dimensions, 1);
 /// policy.keep_roots();
-/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 ///
 /// // The steepest descent step, w = -g, is the feedforward of the sweep.
 /// let rooted = Rooted::of(&knots.dynamics, &policy).ok_or("the policy keeps its roots")?;
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn the_problem_of_a_sweep_has_the_identity_as_its_curvature() -> Result<(), usize> {
+    fn the_problem_of_a_sweep_has_the_identity_as_its_curvature() -> Result<(), Box<dyn std::error::Error>> {
         let steps = 4;
         let [dynamics, cost] = problem(steps);
         let size = Dimensions { states: 3, controls: 2, measurements: 0 };
@@ -221,7 +220,7 @@ mod tests {
         assert!(Rooted::of(&dynamics, &policy).is_none());
         policy.keep_roots();
         solve_riccati(&dynamics, &cost, Regularisation::default(), &mut policy)?;
-        let rooted = Rooted::of(&dynamics, &policy).ok_or(0_usize)?;
+        let rooted = Rooted::of(&dynamics, &policy).ok_or("no roots")?;
         let slope = rooted.slope();
         let mut joint = Matrices::vectors(steps + 1, 5);
         let w: Vec<f64> = (0..2 * steps).map(|i| (3.0 * i as f64).cos()).collect();

@@ -19,8 +19,7 @@ use crate::noise::Noise;
 /// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
 /// let knots = Knots::linear(50, plant)?;
 /// let mut policy = Policy::zeros(knots.dimensions, knots.steps());
-/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)
-///     .map_err(|step| format!("the cost is not convex in the control at step {step}"))?;
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// let one = constant(&[[1.0]]);
 /// let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
 /// assert!(least_cost_rounding(&knots, &policy, &noise) < 1e-9, "the least cost is about 41");

@@ -3,8 +3,8 @@
 use nalgebra::DMatrix;
 use supple_lqg::dense::{Dense, dense, store};
 use supple_lqg::{
-    Belief, Error, Information, Innovation, correct_each, entropy_form, information, paper_form, predict_each,
-    recursion_radius, spectral_radius,
+    Belief, BeliefAdjoint, BeliefSeeds, Error, Information, Innovation, KnotAdjoints, Matrices, Noise, correct_each,
+    entropy_form, information, paper_form, predict_each, recursion_radius, reverse_kalman, spectral_radius,
 };
 
 use crate::random_problem::{Problem, Random};
@@ -130,5 +130,32 @@ fn filters_in_step_with_one_another() {
         let refused = correct_each(&knots, picks.as_ref().map(|picks| &picks[..]), (bad.at(0), Some(&bad)), &mut batch);
         let what = "the innovation covariance of a filter";
         assert_eq!(refused, Err(Error::NotPositiveDefinite { what, step: 2 }));
+    }
+}
+
+#[test]
+fn without_sensors_only_the_plant_is_predicted() {
+    for (seed, (n, m, _)) in SHAPES.into_iter().enumerate() {
+        let problem = Problem::random((n, m, 0), 5, 3 + seed as u64);
+        let belief = believed(&problem);
+        let mut prior = problem.x0.clone();
+        for t in 0..=problem.steps() {
+            assert_close("P", &dense(&belief.predicted, t), &prior, 1e-12);
+            assert_close("Sigma", &dense(&belief.corrected, t), &prior, 1e-12);
+            if t < problem.steps() {
+                let a = problem.f[t].columns(0, n);
+                prior = a * prior * a.transpose() + &problem.w[t];
+            }
+        }
+        let mut found = Information::default();
+        information(&belief, &problem.noise(), &mut found).unwrap();
+        assert_eq!(found.total, 0.0);
+        let weights = Matrices::zeros(problem.steps(), n, n);
+        let seeds = BeliefSeeds { weights: Some((&weights, 1.0)), information: 1.0, covariances: None };
+        let mut adjoints = KnotAdjoints::zeros(problem.dimensions, problem.steps());
+        let mut by_noise = Noise::zeros(n, 0);
+        let work = &mut BeliefAdjoint::new(n, 0);
+        reverse_kalman(&problem.knots(), &problem.noise(), &belief, seeds, work, &mut adjoints, &mut by_noise);
+        assert_eq!(by_noise.initial.as_slice(), Noise::zeros(n, 0).initial.as_slice(), "no information depends on it");
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 use supple_lqg::dense::{Dense, dense};
-use supple_lqg::{Decrease, Dimensions, Matrices, Policy, Regularisation, solve_lq, solve_riccati};
+use supple_lqg::{Decrease, Dimensions, Error, Matrices, Policy, Regularisation, solve_lq, solve_riccati};
 
 use crate::random_problem::Problem;
 use crate::{SHAPES, assert_close};
@@ -89,7 +89,8 @@ fn a_step_whose_controls_have_no_minimum_is_named() {
     for state in [0.0, 1e-3] {
         let regularisation = Regularisation { state, ..Regularisation::default() };
         let mut policy = Policy::zeros(problem.dimensions, 6);
-        assert_eq!(solve_riccati(&knots.dynamics, &knots.cost, regularisation, &mut policy), Err(4));
+        let found = solve_riccati(&knots.dynamics, &knots.cost, regularisation, &mut policy);
+        assert_eq!(found, Err(Error::NotPositiveDefinite { what: "the control's curvature", step: 4 }));
     }
 }
 

@@ -35,7 +35,7 @@
 
 use serde::{Deserialize, Serialize};
 use supple::Named;
-use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth};
+use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth, every_measurement, select};
 use supple_file::{ReadOptions, WithSensors};
 use supple_text::{digits, with_texts};
 
@@ -161,10 +161,12 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
         return Err(StudyError::usage("no set of sensors was found"));
     };
     let certificate = Certificate::of(goal, none, greedy.as_ref(), &relaxed, searched.as_ref());
+    let considered = |name: &String| options.task.as_ref().is_none_or(|only| only == name);
+    let tasks = task.problem.tasks.iter().map(|task| task.name.clone()).filter(considered);
     Ok(Sensors {
         options: options.clone(),
         parameters: Named::new(&task.problem.parameters, &task.phi),
-        tasks: selection.tasks.clone(),
+        tasks: tasks.collect(),
         catalogue: task.problem.catalogue.is_some(),
         none: SensorSet::of(&selection, &[], SetBy::Given),
         all: SensorSet::of(&selection, &all, SetBy::Given),
@@ -180,7 +182,7 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
 fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<String>), StudyError> {
     let LoadedTask { problem, phi, sources, kinds } = task;
     let (Some(_), Some(first)) = (&problem.catalogue, sources.first()) else {
-        let selection = Selection::of_measurements(problem, phi, only)?;
+        let selection = select(problem, phi, every_measurement(problem, phi)?, only)?;
         let kinds = vec!["measurement".to_owned(); selection.candidates.len()];
         return Ok((selection, kinds));
     };
@@ -192,7 +194,7 @@ fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<St
     let kinds = sensors.iter().map(|sensor| sensor.kind.clone()).collect();
     let candidates =
         sensors.into_iter().map(|sensor| Candidate { name: sensor.name, price: sensor.price, rows: sensor.rows });
-    Ok((Selection::new(&problem, phi, candidates.collect(), only)?, kinds))
+    Ok((select(&problem, phi, candidates.collect(), only)?, kinds))
 }
 
 /// What a search of all sets found.

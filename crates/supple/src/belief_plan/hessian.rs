@@ -76,7 +76,7 @@ impl Hessian {
         if self.factorise(dynamics).is_err() {
             self.cost.clear();
             system.cost_quadratics(at, phi, Curvature::GaussNewton, &mut self.cost, scratch);
-            self.factorise(dynamics).map_err(|step| Error::not_definite("the control's curvature", step))?;
+            self.factorise(dynamics)?;
         }
         let squares: f64 = plan.trajectory.controls.as_slice().iter().map(|u| u * u).sum();
         let count = (plan.trajectory.steps() * system.dimensions().controls) as f64;
@@ -85,7 +85,7 @@ impl Hessian {
     }
 
     /// The sweep over `cost`, and the factors of its `Q_uu`.
-    fn factorise(&mut self, dynamics: &Matrices) -> Result<(), usize> {
+    fn factorise(&mut self, dynamics: &Matrices) -> Result<(), Error> {
         let regularisation = Regularisation { control: self.shift, state: 0.0 };
         let Self { law, factors, cost, .. } = self;
         solve_limited(Lq { dynamics, cost, regularisation, limits: None, with_value: false }, law)?;
@@ -108,7 +108,8 @@ impl Hessian {
                     factors.at_mut(t)[a * small + b] = own + through;
                 }
             }
-            rows::cholesky(factors.at_mut(t), m, small).map_err(|_| t)?;
+            rows::cholesky(factors.at_mut(t), m, small)
+                .map_err(|_| Error::not_definite("the control's curvature", t))?;
         }
         Ok(())
     }

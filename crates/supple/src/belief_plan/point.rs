@@ -1,9 +1,8 @@
 use supple_kernels::{Matrices, Scratch, rows};
-use supple_lqg::{Belief, Noise, Regularisation, kalman, solve_riccati};
+use supple_lqg::{Belief, Noise, Regularisation, cost_parts, kalman, solve_riccati};
 use supple_model::system::{Curvature, RollOut};
 
 use crate::Error;
-use crate::cost_parts::cost_parts;
 use crate::gradient::Planned;
 use crate::knots::Linearise;
 use crate::plan::Plan;
@@ -62,14 +61,13 @@ impl Point {
         plan.knots.linearise_plan(&*task.system, at, phi, Curvature::Exact, scratch);
         plan.knots.linearise_measurement(&*task.system, at, phi, scratch);
         plan.knots.check_finite()?;
-        solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy)
-            .map_err(|step| Error::not_definite("the control's curvature", step))?;
+        solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy)?;
         task.noise.resolve_along(phi, &plan.trajectory.states, noise)?;
         kalman(&plan.knots, noise, belief)?;
         if let Some(step) = gains_by_noise(plan, noise) {
             return Err(Error::not_definite("the cost-to-go where there is noise", step));
         }
-        let cost = cost_parts(plan, belief, noise).expected();
+        let cost = cost_parts(plan.nominal_cost, &plan.policy, belief, noise).expected();
         if !cost.is_finite() {
             return Err(Error::not_finite("the expected cost of a trajectory", 0));
         }

@@ -63,10 +63,10 @@ fn move_multipliers(
     for _ in 0..MOST_ROUNDS {
         work.hessian.copy_from(given);
         active.iter().for_each(|active| active.add_to(&mut work.hessian, moved.vector(active.point)[active.end]));
-        if let Err(step) = work.vary(plan) {
+        if let Err(error) = work.vary(plan) {
             // If the cost has negative curvature across a limit, only a penalty makes the sum convex.
             if growths == MOST_GROWTHS {
-                return Err(Error::not_definite(HESSIAN, step));
+                return Err(error);
             }
         } else {
             let size = work.variation.as_slice().iter().fold(f64::MIN_POSITIVE, |size, entry| size.max(entry.abs()));

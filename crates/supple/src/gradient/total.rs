@@ -177,7 +177,7 @@ pub fn total_gradient(
         let moved = Some(ExcessVariation { joint: &work.variation, multipliers });
         limits.add_excess_parameter_gradient(at, phi, &plan.multipliers, moved, out, scratch);
     } else {
-        work.vary(plan).map_err(|step| Error::not_definite("the Hessian of the nominal problem", step))?;
+        work.vary(plan)?;
     }
     let variation = Variation { joint: &work.variation, costates: &work.costates };
     system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);

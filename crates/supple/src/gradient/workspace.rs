@@ -1,12 +1,17 @@
 //! Memory of gradients, and the linear-quadratic problem that is solved in it.
 
 use supple_kernels::{Matrices, Scratch};
+use supple_lqg as lqg;
 use supple_lqg::{
     BeliefAdjoint, Dimensions, KnotAdjoints, Lq, Noise, Policy, Regularisation, RiccatiAdjoint, solve_limited, solve_lq,
 };
 use supple_model::system::{Constraints, Curvature, System};
 
+use crate::Error;
 use crate::plan::Plan;
+
+/// What is not convex where a plan has no gradient.
+const HESSIAN: &str = "the Hessian of the nominal problem";
 
 /// Memory of the gradients.
 ///
@@ -54,12 +59,15 @@ impl GradientWorkspace {
     /// G.6); controls that the plan holds at a bound stay there.
     ///
     /// # Errors
-    /// The step at which the problem is not convex.
-    pub(super) fn vary(&mut self, plan: &Plan) -> Result<(), usize> {
+    /// Where the problem is not convex.
+    pub(super) fn vary(&mut self, plan: &Plan) -> Result<(), Error> {
         let (dynamics, cost, limits) = (&plan.knots.dynamics, &self.hessian, plan.policy.held());
         let regularisation = Regularisation::default();
         let lq = Lq { dynamics, cost, regularisation, limits, with_value: false };
-        solve_limited(lq, &mut self.policy)?;
+        solve_limited(lq, &mut self.policy).map_err(|error| match error {
+            lqg::Error::NotPositiveDefinite { step, .. } => Error::not_definite(HESSIAN, step),
+            error => error.into(),
+        })?;
         solve_lq(dynamics, &self.policy, &mut self.variation, &mut self.costates);
         Ok(())
     }

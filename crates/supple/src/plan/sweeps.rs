@@ -72,14 +72,14 @@ pub(crate) fn finish(
         set_curvature(problem, Curvature::Exact, plan, scratch);
     }
     let mut mu = 0.0;
-    while let Err(step) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
+    while let Err(error) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
         // A law that is defined everywhere, for inspection; the status says that it is no optimum, or that time was up.
         if plan.status != PlanStatus::TimeLimit {
             plan.status = PlanStatus::Indefinite;
         }
         mu = (10.0 * mu).max(LEAST_MU);
         if mu > MOST_MU {
-            return Err(Error::not_definite("the control's curvature", step));
+            return Err(error);
         }
     }
     Ok(())
@@ -100,7 +100,7 @@ pub(crate) fn sweep(
     regularisation: Regularisation,
     hessian: Option<&Matrices>,
     plan: &mut Plan,
-) -> Result<Decrease, usize> {
+) -> Result<Decrease, Error> {
     solve(problem, (regularisation, false), hessian, plan)
 }
 
@@ -109,8 +109,11 @@ fn solve(
     (regularisation, with_value): (Regularisation, bool),
     hessian: Option<&Matrices>,
     plan: &mut Plan,
-) -> Result<Decrease, usize> {
+) -> Result<Decrease, Error> {
     let limits = problem.bounds.map(|bounds| Limits::Bounds(bounds, &plan.trajectory.controls));
     let cost = hessian.unwrap_or(&plan.knots.cost);
-    solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits, with_value }, &mut plan.policy)
+    Ok(solve_limited(
+        Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits, with_value },
+        &mut plan.policy,
+    )?)
 }

@@ -121,7 +121,7 @@ fn modules_use_only_those_above_them_on_the_map() -> Result<(), Box<dyn Error>> 
     let text = fs::read_to_string(Path::new(ROOT).join("ARCHITECTURE.md"))?;
     let top = |path: &str| path.split(['/', '.']).next().map(str::to_owned);
     let mut imported = 0;
-    for name in ["supple-model", "supple", "supple-study"] {
+    for name in MAPPED {
         let source = format!("crates/{name}/src");
         let prefix = format!("| `{source}/");
         let rows = text.lines().filter_map(|line| line.strip_prefix(&prefix)?.split_once("` |"));

@@ -2,7 +2,7 @@
 
 use crate::common::{self, shipped};
 use supple::Problem;
-use supple::sensors::{Candidate, Selection};
+use supple::sensors::{Candidate, select};
 use supple_file::WithSensors;
 
 /// The two masses with a catalogue.
@@ -69,7 +69,7 @@ fn sensors_of_a_catalogue_are_measured_where_they_are_chosen() {
         price: sensor.price,
         rows: sensor.rows.clone(),
     });
-    let selection = Selection::new(&all, &phi, candidates.collect(), None).unwrap();
+    let selection = select(&all, &phi, candidates.collect(), None).unwrap();
     let found = chosen.evaluate(&phi, &Default::default()).unwrap();
     let worth = selection.worth(&[false, true, false, false]);
     assert!((found.tasks[0].cost.expected - worth.cost).abs() < 1e-8 * worth.cost);
@@ -106,7 +106,7 @@ sensors = "sensors.csv"
     let phi = all.parameters.initial();
     let candidates = all.catalogue.as_ref().unwrap().iter();
     let candidates = candidates.map(|s| Candidate { name: s.name.clone(), price: s.price, rows: s.rows.clone() });
-    let selection = Selection::new(&all, &phi, candidates.collect(), None).unwrap();
+    let selection = select(&all, &phi, candidates.collect(), None).unwrap();
     let sensors = |sensors: &[&str]| -> Vec<bool> {
         selection.candidates.iter().map(|candidate| sensors.contains(&candidate.name.as_str())).collect()
     };

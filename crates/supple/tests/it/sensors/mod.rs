@@ -6,9 +6,10 @@ use crate::common::shipped;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
+use supple::Problem;
+use supple::lqg;
 use supple::pipeline::TaskState;
-use supple::sensors::{Candidate, Goal, Limits, Selection};
-use supple::{Error, Problem};
+use supple::sensors::{Candidate, Goal, Limits, Selection, every_measurement, select};
 
 struct Random(ChaCha8Rng);
 
@@ -89,7 +90,7 @@ impl Drawn {
 
     fn selection(&self) -> Selection {
         let rows: Vec<usize> = (0..self.c.len()).collect();
-        Selection::new(&self.problem(&rows), &[], self.candidates.clone(), None).unwrap()
+        select(&self.problem(&rows), &[], self.candidates.clone(), None).unwrap()
     }
 
     fn total(&self) -> f64 {
@@ -125,7 +126,7 @@ fn shipped_tasks_are_worth_what_they_cost() {
     for name in ["two_mass.toml", "iiwa_door.toml", "wiping_arm.toml"] {
         let problem = shipped(name);
         let phi = problem.parameters.initial();
-        let selection = Selection::of_measurements(&problem, &phi, None).unwrap();
+        let selection = select(&problem, &phi, every_measurement(&problem, &phi).unwrap(), None).unwrap();
         let found = selection.worth(&vec![true; selection.candidates.len()]);
         let evaluation = problem.evaluate(&phi, &Default::default()).unwrap();
         let cost: f64 = evaluation.tasks.iter().map(|task| task.cost.expected).sum();
@@ -322,7 +323,7 @@ fn a_cost_below_that_of_all_sensors_is_refused_with_the_least_one() {
         selection.exhaustive(goal, Limits::default(), &mut || true).unwrap_err(),
         selection.branch_and_bound(goal, Limits::default(), 100, &mut || true).unwrap_err(),
     ] {
-        let Error::NoSensorsSuffice { least, .. } = error else { panic!("{error}") };
+        let lqg::Error::NoSensorsSuffice { least, .. } = error else { panic!("{error}") };
         assert_eq!(least, all);
     }
     assert_eq!(selection.bound(goal, Limits::default()).bound, f64::INFINITY);
@@ -385,15 +386,15 @@ fn correlated_measurements_are_one_candidate() {
          measurement = [[0.5, 0.0, 0.2], [0.0, 0.4, 0.0], [0.2, 0.0, 0.3]]\n\
          [[tasks.costs]]\nkind = \"state\"\nselect = [\"x1\", \"x2\"]\nweight = 1.0\n[[tasks.costs]]\nkind = \"control\"\nweight = 0.3\n";
     let problem = supple_file::parse(file, "t.toml").unwrap();
-    let selection = Selection::of_measurements(&problem, &[], None).unwrap();
+    let selection = select(&problem, &[], every_measurement(&problem, &[]).unwrap(), None).unwrap();
     let rows: Vec<_> = selection.candidates.iter().map(|candidate| candidate.rows.clone()).collect();
     assert_eq!(rows, [vec![0, 2], vec![1]]);
     let evaluation = problem.evaluate(&[], &Default::default()).unwrap();
     let found = selection.worth(&[true; 2]);
     assert!((found.cost - evaluation.tasks[0].cost.expected).abs() < 1e-12);
     let alone = |row: usize| Candidate { name: row.to_string(), price: 1.0, rows: vec![row] };
-    let error = Selection::new(&problem, &[], (0..3).map(alone).collect(), None).err().unwrap();
+    let error = select(&problem, &[], (0..3).map(alone).collect(), None).err().unwrap();
     assert_eq!(error.to_string(), "the noise of measurements 0 and 2 is correlated; put both in one sensor");
-    let error = Selection::of_measurements(&problem, &[], Some("no")).err().unwrap();
+    let error = select(&problem, &[], Vec::new(), Some("no")).err().unwrap();
     assert_eq!(error.to_string(), "no task `no`; valid: `t`");
 }

@@ -1,13 +1,13 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, rows};
-use supple_lqg::Belief;
-use supple_lqg::Noise;
 
-use crate::plan::Plan;
+use crate::belief::Belief;
+use crate::noise::Noise;
+use crate::riccati::Policy;
 
-/// The expected cost of a task in its four parts (theory, equation J.1).
+/// The expected cost in its four parts (theory, equation J.1).
 ///
-/// Example: the [module](crate::pipeline).
+/// Example: [`cost_parts`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct CostParts {
     /// `sum l_t(xbar, ubar) + l_N(xbar_N)`
@@ -34,15 +34,30 @@ impl CostParts {
     }
 }
 
-/// The expected cost of a plan under a belief and its noise.
+/// The expected cost of a plant under its optimal controller, `nominal` without noise.
 ///
-/// Example: the [module](crate::pipeline).
+/// ```
+/// use supple_lqg::{Belief, Knots, LinearQuadratic, Noise, Policy, Regularisation};
+/// use supple_lqg::{constant, cost_parts, kalman, solve_riccati};
+///
+/// // x+ = x + u + w with the costs x^2 / 2 and u^2 / 2 per step.
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(100, plant)?;
+/// let noise = Noise { initial: constant(&[[0.0]]), process: constant(&[[1.0]]), measurement: constant(&[[1e-9]]) };
+/// let (mut policy, mut belief) = (Policy::zeros(knots.dimensions, 100), Belief::zeros(1, 1, 100));
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
+/// kalman(&knots, &noise, &mut belief)?;
+/// let cost = cost_parts(0.0, &policy, &belief, &noise);
+/// // With a sensor that is all but exact, each step costs half the golden ratio.
+/// assert!(cost.belief < 1e-6 && (cost.process / 100.0 - 0.809).abs() < 0.01);
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
 #[must_use]
-pub fn cost_parts(plan: &Plan, belief: &Belief, noise: &Noise) -> CostParts {
-    let steps = plan.trajectory.steps();
-    let (xi, s) = (&plan.policy.value_of_information, &plan.policy.curvature);
+pub fn cost_parts(nominal: f64, policy: &Policy, belief: &Belief, noise: &Noise) -> CostParts {
+    let (xi, s) = (&policy.value_of_information, &policy.curvature);
+    let steps = xi.count();
     CostParts {
-        nominal: plan.nominal_cost,
+        nominal,
         belief: 0.5 * (0..steps).map(|t| trace_of_product(xi, &belief.corrected, t, t)).sum::<f64>(),
         process: 0.5 * (0..steps).map(|t| trace_of_product(s, &noise.process, t + 1, t)).sum::<f64>(),
         initial: 0.5 * trace_of_product(s, &noise.initial, 0, 0),

@@ -1,18 +1,50 @@
-use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
-use supple_kernels::Matrices;
-use supple_kernels::math;
+//! Risk-sensitive control: the least exponential of the cost (theory, section P, "Risk-sensitive plans").
+//!
+//! ```
+//! use supple_lqg::risk::{Failure, Given, solve};
+//! use supple_lqg::{Belief, Knots, LinearQuadratic, Matrices, Noise, Policy, Regularisation};
+//! use supple_lqg::{constant, kalman, solve_riccati};
+//!
+//! let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+//! let knots = Knots::linear(50, plant)?;
+//! let noise = Noise { initial: constant(&[[1.0]]), process: constant(&[[0.1]]), measurement: constant(&[[0.1]]) };
+//! let (mut belief, mut expected) = (Belief::zeros(1, 1, 50), Policy::zeros(knots.dimensions, 50));
+//! kalman(&knots, &noise, &mut belief)?;
+//! solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut expected)?;
+//!
+//! // With a sensitivity of 0 the controller is that of the expected cost; otherwise it acts more strongly.
+//! let (mut policy, mut costates) = (Policy::zeros(knots.dimensions, 50), Matrices::vectors(51, 1));
+//! let given = Given { knots: &knots, cost: &knots.cost, belief: &belief, sensitivity: 0.0, shift: 0.0 };
+//! assert!(solve(given, &mut policy, &mut costates).is_ok());
+//! let gain = policy.feedback.get(10, 0, 0);
+//! assert!((gain - expected.feedback.get(10, 0, 0)).abs() < 1e-12);
+//! assert!(solve(Given { sensitivity: 0.5, ..given }, &mut policy, &mut costates).is_ok());
+//! assert!(policy.feedback.get(10, 0, 0) < gain);
+//!
+//! // Beyond some sensitivity the exponential of the cost has no finite mean.
+//! let far = solve(Given { sensitivity: 1e3, ..given }, &mut policy, &mut costates);
+//! assert!(matches!(far, Err(Failure::Breakdown(_))));
+//! # Ok::<(), supple_lqg::Error>(())
+//! ```
 
-use supple_lqg::Belief;
-use supple_lqg::Knots;
-use supple_lqg::Policy;
-use supple_lqg::dense::{dense, store};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+use supple_kernels::{Matrices, math, rows};
+
+use crate::belief::Belief;
+use crate::dense::{dense, store};
+use crate::knots::Knots;
+use crate::riccati::Policy;
 
 /// What the sweep starts from.
+///
+/// Example: the [module](crate::risk).
 #[derive(Clone, Copy)]
-pub(super) struct Given<'a> {
+pub struct Given<'a> {
+    /// The plant along its trajectory.
     pub knots: &'a Knots,
-    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
+    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them: those of the knots, or an approximation that is convex.
     pub cost: &'a Matrices,
+    /// Its belief.
     pub belief: &'a Belief,
     /// sigma, 1 over the unit of cost.
     pub sensitivity: f64,
@@ -21,8 +53,10 @@ pub(super) struct Given<'a> {
 }
 
 /// Why there is no law.
+///
+/// Example: the [module](crate::risk).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Failure {
+pub enum Failure {
     /// The exponential of the cost has no finite mean from this step on, whatever the controls.
     Breakdown(usize),
     /// The control's curvature is not positive definite.
@@ -30,8 +64,10 @@ pub(super) enum Failure {
 }
 
 /// What the sweep finds in addition to the law.
+///
+/// Example: the [module](crate::risk).
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Found {
+pub struct Found {
     /// The risk-sensitive cost, less the nominal cost and what the covariance of the belief costs at any controls.
     pub value: f64,
     /// The largest `|Q_u|`: 0 where the trajectory is stationary.
@@ -42,6 +78,7 @@ pub(super) struct Found {
 
 impl Found {
     /// The residual relative to 1 plus its scale.
+    #[must_use]
     pub fn relative(self) -> f64 {
         self.residual / (1.0 + self.scale)
     }
@@ -59,7 +96,12 @@ impl Found {
 ///
 /// Writes `K`, `k` and `J_x` to `policy`, and the costates `J~_x` of the steps 1 to N to `costates`; curvature and value of
 /// information are left as they are.
-pub(super) fn risk_sweep(given: Given, policy: &mut Policy, costates: &mut Matrices) -> Result<Found, Failure> {
+///
+/// # Errors
+/// Where there is no law.
+///
+/// Example: the [module](crate::risk).
+pub fn solve(given: Given, policy: &mut Policy, costates: &mut Matrices) -> Result<Found, Failure> {
     let Given { knots, cost, belief, sensitivity, shift } = given;
     let (steps, n) = (knots.steps(), knots.dynamics.rows());
     let joint = knots.dynamics.cols();
@@ -129,7 +171,21 @@ fn inflate(s: &mut DMatrix<f64>, slope: &mut DVector<f64>, change: &DMatrix<f64>
 /// ```text
 /// Q = l_zz + F' S+ F      S = [I K'] Q [I; K]      Xi = -(K' Q_uu K + Q_ux' K + K' Q_ux) = Q_xx - S
 /// ```
-pub(super) fn price(knots: &Knots, policy: &mut Policy) {
+///
+/// ```
+/// use supple_lqg::{Knots, LinearQuadratic, Policy, Regularisation, risk, solve_riccati};
+///
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
+/// let knots = Knots::linear(50, plant)?;
+/// let mut policy = Policy::zeros(knots.dimensions, 50);
+/// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
+/// let best = policy.curvature.get(0, 0, 0);
+/// policy.feedback.set(2, 0, 0, -0.9);
+/// risk::price(&knots, &mut policy);
+/// assert!(policy.curvature.get(0, 0, 0) > best, "any other gain costs more");
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
+pub fn price(knots: &Knots, policy: &mut Policy) {
     let (steps, n, joint) = (knots.steps(), knots.dynamics.rows(), knots.dynamics.cols());
     let mut s = dense(&knots.cost, steps).view((0, 0), (n, n)).into_owned();
     store(&mut policy.curvature, steps, &s);
@@ -142,6 +198,28 @@ pub(super) fn price(knots: &Knots, policy: &mut Policy) {
         store(&mut policy.curvature, t, &s);
         store(&mut policy.value_of_information, t, &(q.view((0, 0), (n, n)) - &s));
     }
+}
+
+/// `1/2 sum Tr(l_xx Sigma)`: what the covariance of the belief costs at any controls, and [`Found::value`] does not have.
+///
+/// ```
+/// use supple_lqg::{Belief, Knots, LinearQuadratic, risk};
+///
+/// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[3.0]], r: &[[1.0]] };
+/// let mut belief = Belief::zeros(1, 1, 1);
+/// belief.corrected.set(1, 0, 0, 2.0);
+/// assert_eq!(risk::belief_alone(&Knots::linear(1, plant)?, &belief), 3.0);
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
+#[must_use]
+pub fn belief_alone(knots: &Knots, belief: &Belief) -> f64 {
+    let (cost, sigma) = (&knots.cost, &belief.corrected);
+    let n = sigma.rows();
+    let at = |t: usize| {
+        let row = |i: usize| &cost.at(t)[i * cost.stride()..][..n];
+        (0..n).map(|i| rows::dot(row(i), &sigma.at(t)[i * sigma.stride()..][..n])).sum::<f64>()
+    };
+    0.5 * (0..sigma.count()).map(at).sum::<f64>()
 }
 
 /// `[I; K]`

@@ -1,20 +1,17 @@
 //! Risk-sensitive plans: the least exponential of the cost that the controller will come to expect (theory, section P,
 //! "Risk-sensitive plans").
 
-mod sweep;
-
 use std::time::Instant;
 
-use supple_kernels::{Matrices, Scratch, rows};
-use supple_lqg::Noise;
-use supple_lqg::{Belief, kalman};
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::risk::{Failure, Found, Given, belief_alone, price, solve};
+use supple_lqg::{Belief, Noise, kalman};
 use supple_model::system::{Curvature, RollOut};
 
 use super::{Descent, Model, Plan, PlanMode, PlanSettings, PlanStatus, Step, descend};
 use crate::Error;
 use crate::knots::Linearise;
 use crate::problem::{Task, TaskAt};
-use sweep::{Failure, Found, Given, price, risk_sweep};
 
 /// Halvings of an interval to find the largest sensitivity that works.
 const BISECTIONS: usize = 20;
@@ -146,13 +143,13 @@ impl<'a> Search<'a> {
         kalman(&plan.knots, &self.noise, &mut self.belief)?;
         let (knots, belief) = (&plan.knots, &self.belief);
         let exact = Given { knots, cost: &knots.cost, belief, sensitivity: self.sensitivity, shift: self.shift };
-        let found = risk_sweep(exact, &mut plan.policy, &mut plan.costates);
+        let found = solve(exact, &mut plan.policy, &mut plan.costates);
         if !matches!(found, Err(Failure::Indefinite(_))) {
             return Ok(found);
         }
         system.cost_quadratics(at, self.phi, Curvature::GaussNewton, &mut self.convex, self.scratch);
         let convex = Given { cost: &self.convex, ..exact };
-        Ok(risk_sweep(convex, &mut plan.policy, &mut plan.costates))
+        Ok(solve(convex, &mut plan.policy, &mut plan.costates))
     }
 
     /// Whether the plan is almost as stationary as it should be.
@@ -166,14 +163,14 @@ impl<'a> Search<'a> {
         let found = self.law(false)?;
         let Self { belief, sensitivity, plan, .. } = self;
         let given = Given { knots: &plan.knots, cost: &plan.knots.cost, belief: &belief, sensitivity, shift: 0.0 };
-        let exact = risk_sweep(given, &mut plan.policy, &mut plan.costates);
+        let exact = solve(given, &mut plan.policy, &mut plan.costates);
         plan.status = status;
         match (found, exact) {
             (Err(Failure::Breakdown(step)), _) | (_, Err(Failure::Breakdown(step))) => return Ok(Err(step)),
             (Ok(found), exact) => {
                 plan.stationarity = found.residual;
                 plan.relative_stationarity = found.relative();
-                plan.objective = plan.nominal_cost + found.value + belief_alone(plan, &belief);
+                plan.objective = plan.nominal_cost + found.value + belief_alone(&plan.knots, &belief);
                 if exact.is_err() {
                     plan.status = PlanStatus::Indefinite;
                 }
@@ -249,15 +246,4 @@ impl Descent for Search<'_> {
     fn gives_up(&self) -> bool {
         self.is_close() && (self.failed || self.stalled > MOST_STALLED)
     }
-}
-
-/// `1/2 sum Tr(l_xx Sigma)`: what the covariance of the belief costs at any controls.
-fn belief_alone(plan: &Plan, belief: &Belief) -> f64 {
-    let (cost, sigma) = (&plan.knots.cost, &belief.corrected);
-    let n = sigma.rows();
-    let at = |t: usize| {
-        let row = |i: usize| &cost.at(t)[i * cost.stride()..][..n];
-        (0..n).map(|i| rows::dot(row(i), &sigma.at(t)[i * sigma.stride()..][..n])).sum::<f64>()
-    };
-    0.5 * (0..sigma.count()).map(at).sum::<f64>()
 }

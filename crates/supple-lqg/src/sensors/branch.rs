@@ -6,23 +6,7 @@ use crate::Error;
 
 /// The best set that branch and bound found, and a bound on any set.
 ///
-/// ```
-/// use supple::sensors::{Goal, Limits, Selection};
-/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
-/// let problem = supple_file::load(file)?;
-/// let selection = Selection::of_measurements(&problem, &problem.parameters.initial(), None)?;
-/// let one = Limits { count: Some(1), ..Limits::default() };
-/// let found = selection.branch_and_bound(Goal::LeastCost, one, 1000, &mut || true)?;
-/// let cost = found.chosen.worth.cost;
-/// assert!(found.bound <= cost + 1e-9);
-///
-/// // A bound without a search, and a set that is not proven optimal.
-/// let relaxation = selection.bound(Goal::LeastCost, one);
-/// assert!(relaxation.bound <= cost && relaxation.weights.len() == 2);
-/// let greedy = selection.greedy(Goal::LeastCost, one).ok_or("a set was found")?;
-/// assert!(greedy.rule.is_some() && greedy.worth.cost >= cost - 1e-9);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// Example: [`Selection`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Searched {
     /// The best set found.

@@ -14,7 +14,16 @@ pub struct Candidate {
 }
 
 /// Joins candidates whose noises are correlated at any step: a set has both or neither.
-pub(super) fn join_correlated(candidates: &mut Vec<Candidate>, v: &Matrices) {
+///
+/// ```
+/// use supple_lqg::sensors::{Candidate, join_correlated};
+///
+/// let candidate = |name: &str, row| Candidate { name: name.into(), price: 1.0, rows: vec![row] };
+/// let mut candidates = vec![candidate("left", 0), candidate("right", 1)];
+/// join_correlated(&mut candidates, &supple_lqg::constant(&[[1.0, 0.2], [0.2, 1.0]]));
+/// assert_eq!((candidates[0].name.as_str(), candidates[0].price), ("left, right", 2.0));
+/// ```
+pub fn join_correlated(candidates: &mut Vec<Candidate>, v: &Matrices) {
     let shares = |a: &Candidate, b: &Candidate| {
         let entry = |t: usize| a.rows.iter().any(|&i| b.rows.iter().any(|&j| v.get(t, i, j) != 0.0));
         (0..v.count()).any(entry)
