@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._records import Array
-from ._supple import most_steps
+from ._supple import check_covariance, most_steps
 from .errors import UsageError
 
 __all__ = ["ROUNDING", "Sizes", "array", "check_unmasked", "covariance", "finite_array", "symmetric"]
@@ -162,20 +162,10 @@ def symmetric(
 ) -> Array:
     """Like :func:`array`, for symmetric matrices; differences due to rounding are removed."""
     found = array(name, given, sizes, axes, measured=measured, once=once)
-    mirror = np.swapaxes(found, -1, -2)
-    scale = np.abs(found).max(initial=0.0)
-    bad = np.argwhere(np.abs(found - mirror) > ROUNDING * scale)
-    if bad.size:
-        here = tuple(int(index) for index in bad[0])
-        there = (*here[:-2], here[-1], here[-2])
-        raise UsageError(
-            f"{name}{list(here)} = {found[here]:.6g} differs from {name}{list(there)} = {found[there]:.6g}: it must be "
-            "symmetric"
-        )
-    found = np.ascontiguousarray(0.5 * (found + mirror))
     if semidefinite:
-        _check_definite(name, found, definite=False)
-    return found
+        return _checked(name, found, definite=False)
+    _check_symmetric(name, found)
+    return _even(found)
 
 
 def covariance(
@@ -195,17 +185,26 @@ def covariance(
         if found.shape != (order,):
             raise UsageError(f"{name} has {found.size} variances: it must have {order}")
         found = np.diag(found)
-    found = symmetric(name, found, sizes, axes, measured=measured, once=once)
-    _check_definite(name, found, definite)
-    return found
+    return _checked(name, array(name, found, sizes, axes, measured=measured, once=once), definite)
 
 
-def _check_definite(name: str, found: Array, definite: bool) -> None:
-    """Checks that matrices are positive semidefinite up to rounding, or positive definite."""
-    least = np.atleast_1d(np.linalg.eigvalsh(found)[..., 0])
-    scale = np.atleast_1d(np.abs(found).max(axis=(-1, -2)))
-    bad = np.flatnonzero(least <= 0.0 if definite else least < -1e-10 * scale)
+def _checked(name: str, found: Array, definite: bool) -> Array:
+    """Covariances that the rules of task files hold for, without asymmetry from rounding."""
+    check_covariance(name, found, definite)
+    return _even(found)
+
+
+def _even(found: Array) -> Array:
+    return np.ascontiguousarray(0.5 * (found + np.swapaxes(found, -1, -2)))
+
+
+def _check_symmetric(name: str, found: Array) -> None:
+    mirror = np.swapaxes(found, -1, -2)
+    bad = np.argwhere(np.abs(found - mirror) > ROUNDING * np.abs(found).max(initial=0.0))
     if bad.size:
-        step = f" of step {bad[0]}" if found.ndim == 3 else ""
-        valid = "positive definite" if definite else "positive semidefinite"
-        raise UsageError(f"{name}{step} has the eigenvalue {least[bad[0]]:.3g}: it must be {valid}")
+        here = tuple(int(index) for index in bad[0])
+        there = (*here[:-2], here[-1], here[-2])
+        raise UsageError(
+            f"{name}{list(here)} = {found[here]:.6g} differs from {name}{list(there)} = {found[there]:.6g}: it must be "
+            "symmetric"
+        )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._arrays import ROUNDING, check_unmasked
+from ._arrays import check_unmasked
 from ._records import Array
 from ._source import source
 from ._supple import NativeTask
@@ -111,15 +111,6 @@ def _covariance(key: str, given: Any) -> list[Any]:
         return numbers(rows)
     if lengths != {len(rows)} or not all(isinstance(row, list) for row in rows):
         raise UsageError(f"noise: {key} has {len(rows)} rows of {sorted(lengths)} numbers: it must be square")
-    largest = max((abs(entry) for row in rows for entry in row if isinstance(entry, float)), default=0.0)
-    for i, row in enumerate(rows):
-        for j in range(i):
-            one, other = row[j], rows[j][i]
-            if one == other:
-                continue
-            if not (isinstance(one, float) and isinstance(other, float) and abs(one - other) <= ROUNDING * largest):
-                raise UsageError(f"noise: {key} is not symmetric: [{i}, {j}] is {one}, and [{j}, {i}] is {other}")
-            row[j] = rows[j][i] = 0.5 * one + 0.5 * other
     return rows
 
 

@@ -160,14 +160,10 @@ impl FirstState<'_> {
         let phi = self.parameters.initial();
         let known: Vec<Option<f64>> = given.iter().map(|value| value.map(|value| value.resolve(&phi))).collect();
         let start = Start { key: key.as_deref(), pose: pose.as_ref(), given: &known, phi: &phi };
-        let first = self.model.first_state(&start).map_err(|Unfit { key, message, help }| {
-            let keys: &[Place] = match key {
-                "key" => &["key".into()],
-                "" => &["pose".into()],
-                name => &["pose".into(), name.into()],
-            };
-            FileError { help, ..self.error(keys, message) }
-        })?;
+        let first = self
+            .model
+            .first_state(&start)
+            .map_err(|Unfit { place, message, help }| FileError { help, ..self.error(&place, message) })?;
         let mut x: Vec<Value> =
             given.iter().zip(first).map(|(given, first)| given.unwrap_or(Value::Number(first))).collect();
         for (state, leader) in self.model.followers() {

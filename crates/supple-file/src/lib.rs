@@ -212,8 +212,8 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
     let ReadOptions { kinds, sensors } = options.into();
     let document = parse_document(source, name)?;
     let top: Top = document.read(&[])?;
-    top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
-    top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
+    top.planning.check().map_err(|unfit| unfit.at(&document, &["planning".into()]))?;
+    top.design.check().map_err(|unfit| unfit.at(&document, &["design".into()]))?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let mut catalogues = Vec::new();
     let parameters = parameters::read(&document, folder, &mut catalogues)?;

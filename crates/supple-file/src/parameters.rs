@@ -63,7 +63,7 @@ fn read_one(
     }
     match checked.and_then(|()| parameter.check()) {
         Ok(()) => Ok(parameter),
-        Err(("name", message)) => Err(document.error_at_key(&at, message)),
-        Err((key, message)) => Err(document.error(&["parameters".into(), Place::Key(name), key.into()], message)),
+        Err(unfit) if unfit.key() == "name" => Err(document.error_at_key(&at, unfit.message)),
+        Err(unfit) => Err(unfit.at(document, &at)),
     }
 }

@@ -1,5 +1,5 @@
 use supple_model::Channels;
-use supple_model::document::{Document, Place};
+use supple_model::document::Document;
 use supple_model::noise::{NamedVariance, VaryingVariance};
 use supple_model::parameters::Parameters;
 use supple_text::FileError;
@@ -15,10 +15,7 @@ pub(super) fn read(
 ) -> Result<Vec<VaryingVariance>, FileError> {
     let read = |(number, law): (usize, &NamedVariance)| {
         law.find(channels, parameters).map_err(|wrong| {
-            let law = ["tasks".into(), task.into(), "noise".into(), "varying".into(), number.into()];
-            let place = [Place::from(wrong.key)].into_iter().chain(wrong.entry.map(Place::from));
-            let at: Vec<Place> = law.into_iter().chain(place).collect();
-            FileError { help: wrong.help, ..document.error(&at, wrong.message) }
+            wrong.at(document, &["tasks".into(), task.into(), "noise".into(), "varying".into(), number.into()])
         })
     };
     let read = given.iter().enumerate().map(read).collect::<Result<Vec<_>, _>>()?;

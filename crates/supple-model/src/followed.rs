@@ -27,7 +27,7 @@
 use crate::Value;
 use crate::channels::Channel;
 use crate::cost::Cost;
-use crate::quantity::{DriveEffort, Quantity, Unfit, Vocabulary};
+use crate::quantity::{Control, DriveEffort, Quantity, Unfit, Vocabulary};
 
 /// A quantity that is recorded along plans.
 ///
@@ -73,6 +73,29 @@ impl Followed {
         let side = |side: usize| ends.iter().map(|ends| Value::Number(ends[side])).collect();
         let limits = Some([side(0), side(1)]);
         Ok(Some(Self { limits, is_of_model: true, ..Self::curve(DriveEffort::of(Some(names), vocabulary)?) }))
+    }
+
+    /// The enforced limits of controls that are numbers: of each control, by index, the lower and the upper limit. Plans
+    /// keep these exactly, by bounds of their controls; they are no longer among the limits that are enforced like those
+    /// of any quantity.
+    ///
+    /// ```
+    /// use supple_model::followed::Followed;
+    /// use supple_model::quantity::Control;
+    ///
+    /// let mut limit = Followed::limit(Control::all(1), -3.0, 5.0).enforced();
+    /// assert_eq!((limit.take_control_bounds(), limit.enforced), (vec![(0, [-3.0, 5.0])], false));
+    /// ```
+    #[must_use]
+    pub fn take_control_bounds(&mut self) -> Vec<(usize, [f64; 2])> {
+        let (Some(control), Some([lower, upper])) = (self.quantity.as_kind::<Control>(), &self.limits) else {
+            return Vec::new();
+        };
+        let number = |value: &Value| if let Value::Number(number) = *value { Some(number) } else { None };
+        let ends = lower.iter().zip(upper).map(|(lower, upper)| Some([number(lower)?, number(upper)?]));
+        let Some(ends) = ends.collect::<Option<Vec<_>>>().filter(|_| self.enforced) else { return Vec::new() };
+        self.enforced = false;
+        control.selected().iter().copied().zip(ends).collect()
     }
 
     /// The same, with its limits enforced by plans.

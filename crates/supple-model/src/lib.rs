@@ -61,7 +61,7 @@ pub mod value;
 
 pub use channels::{Channel, Channels, Drive, Limit, Limited};
 pub use contacts::{Contact, ContactReport, ContactState, NEGLIGIBLE_FORCE, WantedForce};
-pub use document::FileError;
+pub use document::{FileError, Unfit};
 pub use lenient::or_nan;
 pub use limits::{LimitViolation, limits_violated};
 pub use model::{

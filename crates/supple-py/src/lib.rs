@@ -30,6 +30,8 @@ mod _supple {
     #[pymodule_export]
     use crate::explore::NativeExplorer;
     #[pymodule_export]
+    use crate::own::check_covariance;
+    #[pymodule_export]
     use crate::result::Kept;
     #[pymodule_export]
     use crate::task::NativeTask;

@@ -274,7 +274,7 @@ pub fn design_settings(py: Python<'_>, json: &str) -> PyResult<DesignSettings> {
 }
 
 fn check_settings(py: Python<'_>, settings: &DesignSettings) -> PyResult<()> {
-    settings.check().map_err(|(key, message)| errors::usage(py, &format!("{key}: {message}")))
+    settings.check().map_err(|unfit| errors::usage(py, &unfit.to_string()))
 }
 
 fn from_json<T: serde::de::DeserializeOwned>(py: Python<'_>, json: &str) -> PyResult<T> {

@@ -191,7 +191,7 @@ fn searches(
     let LoadedTask { problem, phi, .. } = task;
     let TraceOptions { starts, seed, .. } = *options;
     let settings = DesignSettings { method, gradient, starts, seed, ..problem.design.clone() };
-    settings.check().map_err(|(key, message)| StudyError::usage(format!("{key}: {message}")))?;
+    settings.check().map_err(|unfit| StudyError::usage(unfit.to_string()))?;
     let recorder =
         Recorder { parameters: &problem.parameters, paths: (0..starts).map(|_| Mutex::<Visited>::default()).collect() };
     let control = Control { observer: &recorder, stop: watch.stop };

@@ -1,5 +1,6 @@
 use supple_kernels::halt;
 use supple_lqg as lqg;
+use supple_model::document::Unfit;
 use supple_model::parameters::ParameterError;
 
 use crate::stability::Stability;
@@ -34,14 +35,9 @@ pub enum Error {
     /// A matrix, a number or a shape with which the sweeps cannot compute, or a bound that does not exist.
     #[error(transparent)]
     Lqg(lqg::Error),
-    /// A covariance of a task that is not symmetric.
-    #[error("{what} {found}")]
-    NotSymmetric {
-        /// Which one.
-        what: String,
-        /// What is valid, and the entries that differ.
-        found: String,
-    },
+    /// Something of a task, or of settings, that does not fit.
+    #[error(transparent)]
+    Unfit(Unfit),
     /// A plan could not be computed where the time step is too large for the model.
     #[error("task `{task}`: {error}: {stability}")]
     TimeStep {
@@ -62,12 +58,6 @@ pub enum Error {
         task: String,
         /// What could not be computed.
         error: Box<Error>,
-    },
-    /// An index out of range.
-    #[error("index out of range: there is no {what} (indices start at 0)")]
-    NoSuchPlace {
-        /// Which place, and how many there are.
-        what: String,
     },
     /// An unknown name.
     #[error("no {what} `{name}`; valid: {valid}")]
@@ -109,6 +99,9 @@ pub enum Error {
 impl Error {
     /// Whether the error lies in the request rather than in the numbers of a task.
     pub fn is_of_request(&self) -> bool {
+        if let Self::InTask { error, .. } = self {
+            return error.is_of_request();
+        }
         matches!(
             self,
             Self::Lqg(lqg::Error::CostBelowLeast { .. } | lqg::Error::Shape { .. } | lqg::Error::TooMany { .. })
@@ -116,6 +109,7 @@ impl Error {
                 | Self::Unknown { .. }
                 | Self::NoTotalGradient { .. }
                 | Self::Planning { .. }
+                | Self::Unfit(_)
         )
     }
 

@@ -1,7 +1,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use supple::parameters::Parameters;
-use supple::{Channel, Channels, Dimensions, Model, PlainFile, Point, Scalar, Value};
+use supple::{Channel, Channels, Dimensions, Model, PlainFile, Point, Scalar, Unfit, Value};
 
 /// Standard gravity, m/s^2.
 pub const GRAVITY: f64 = 9.81;
@@ -64,10 +64,10 @@ impl Model for CartPole {
 impl PlainFile for CartPole {
     const NAME: &'static str = "cart_pole";
 
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         for (key, value) in [("cart_mass", self.cart_mass), ("pole_mass", self.pole_mass), ("length", self.length)] {
             if let Some(least) = parameters.least(value).filter(|&least| least <= 0.0) {
-                return Err((key, format!("must be above 0; found {least}")));
+                return Err(Unfit::new(key, format!("must be above 0; found {least}")));
             }
         }
         Ok(())

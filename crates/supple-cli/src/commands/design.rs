@@ -34,7 +34,7 @@ impl Asks for DesignOptions {
         if let Some(rollouts) = self.rollouts {
             settings.rollouts = Some(rollouts);
         }
-        settings.check().map_err(|(key, message)| Failure::usage(format!("--{key}: {message}")))?;
+        settings.check().map_err(|unfit| Failure::usage(format!("--{unfit}")))?;
         Ok(Work::Design(Box::new(settings)))
     }
 }

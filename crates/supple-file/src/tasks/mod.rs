@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
+use supple::Task;
 use supple::plan::{PlanMode, bounds_of};
-use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
-use supple_model::document::{Content, Document, Place, Spanned};
+use supple_model::document::{Content, Document, Place, Spanned, Unfit};
 use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::noise::NoiseModel;
@@ -151,6 +151,20 @@ fn recall(noise: &mut NoiseModel, model: &dyn AnyModel, time_step: Value) {
     });
 }
 
+/// Whether the limit at a place is one of controls by numbers.
+fn is_box(document: &Document, limit: &[Place]) -> bool {
+    let get = |key: &'static str| {
+        let at: Vec<Place> = limit.iter().copied().chain([key.into()]).collect();
+        document.get(&at).map(Spanned::get_ref)
+    };
+    let is_text = |value: &Content| match value {
+        Content::List(list) => list.iter().any(|entry| matches!(entry.get_ref(), Content::Text(_))),
+        value => matches!(value, Content::Text(_)),
+    };
+    let is_named = matches!(get("kind"), Some(Content::Text(kind)) if kind == "control");
+    is_named && !["lower", "upper"].into_iter().filter_map(get).any(is_text)
+}
+
 /// Checks that plans of this kind can keep all limits that tasks enforce.
 pub(super) fn check_enforced(document: &Document, plan: PlanMode) -> Result<(), FileError> {
     let is_set = |at: &[Place]| matches!(document.get(at).map(Spanned::get_ref), Some(Content::Boolean(true)));
@@ -162,7 +176,9 @@ pub(super) fn check_enforced(document: &Document, plan: PlanMode) -> Result<(), 
         let limits = ["tasks".into(), task.into(), "limits".into()];
         for limit in 0..document.tables(&limits)? {
             let at: Vec<Place> = limits.into_iter().chain([limit.into(), "enforce".into()]).collect();
-            if !plan.keeps_limits() && is_set(&at) {
+            let limit = &at[..at.len() - 1];
+            let is_kept = plan.keeps_limits() || plan.keeps_control_limits() && is_box(document, limit);
+            if !is_kept && is_set(&at) {
                 return refuse(&at, "enforced limits");
             }
         }
@@ -220,6 +236,11 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
+    /// The error of what does not fit in the task.
+    fn unfit(&self, unfit: Unfit) -> FileError {
+        unfit.at(self.document, &["tasks".into(), self.index.into()])
+    }
+
     pub(super) fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
         let at: Vec<Place> = ["tasks".into(), self.index.into()].into_iter().chain(keys.iter().copied()).collect();
         self.document.error(&at, message)
@@ -231,13 +252,11 @@ impl Reader<'_> {
         if file.name.is_empty() {
             return Err(self.error(&["name".into()], "must not be empty"));
         }
-        let TaskFile { steps, time_step, bound, information_weight, .. } = file;
-        let numbers = TaskNumbers { steps, time_step, bound, information_weight };
-        numbers.check(size, self.parameters).map_err(|(key, message)| self.error(&[key.into()], message))?;
         let vocabulary = model.vocabulary();
         let quantities = &self.kinds.quantities;
         let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
         let mut followed = followed::read((self.document, self.index), &context)?;
+        let boxed: Vec<_> = followed.iter_mut().flat_map(Followed::take_control_bounds).collect();
         let efforts = Followed::efforts(&vocabulary).map_err(|unfit| self.error(&[], unfit.to_string()))?;
         let efforts = efforts.map(|efforts| Followed { enforced: file.enforce_effort_limits, ..efforts });
         let limits_efforts = efforts.is_some();
@@ -247,7 +266,7 @@ impl Reader<'_> {
         let mut initial_state = first.read(file.initial_state)?;
         // Nothing happened before the first step.
         initial_state.resize(size.states, Value::Number(0.0));
-        let mut noise = self.noise(file.noise, model, states)?;
+        let mut noise = self.noise(file.noise, model, states, file.steps)?;
         let mut costs = self.costs(&context)?;
         if file.per == Per::Second {
             noise.per_second(file.time_step);
@@ -265,12 +284,12 @@ impl Reader<'_> {
         }
         recall(&mut noise, model, file.time_step);
         let initial_control = match file.initial_control {
-            Some(guess) => self.guess(guess, size, file.steps)?,
+            Some(guess) => self.guess(guess, size)?,
             None => Vec::new(),
         };
         let system = model.system((costs, followed), file.time_step, self.parameters.len());
-        let control_bounds = bounds_of(&system.limits(), size.controls).filter(|_| file.enforce_effort_limits);
-        if file.enforce_effort_limits && control_bounds.is_none() && !limits_efforts {
+        let of_model = if file.enforce_effort_limits { system.limits() } else { Vec::new() };
+        if file.enforce_effort_limits && bounds_of(&of_model, &[], size.controls).is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
         }
@@ -278,32 +297,23 @@ impl Reader<'_> {
             .starting_at(initial_state)
             .guessing_each(initial_control)
             .weighing_information(file.information_weight);
-        Ok(Task { bound: file.bound, control_bounds, ..task })
+        let control_bounds = bounds_of(&of_model, &boxed, size.controls);
+        let task = Task { bound: file.bound, control_bounds, ..task };
+        task.check(self.parameters).map_err(|unfit| self.unfit(unfit))?;
+        Ok(task)
     }
 
-    fn guess(&self, guess: Guess, size: Dimensions, steps: usize) -> Result<Vec<Vec<Value>>, FileError> {
-        let m = size.controls;
-        let valid = format!("one row of {m} numbers, or {steps} such rows");
+    /// The rows of a first guess, whose lengths are checked with the task: one row, or one for each step; of one control,
+    /// also one number for each step.
+    fn guess(&self, guess: Guess, size: Dimensions) -> Result<Vec<Vec<Value>>, FileError> {
         match guess.0 {
-            Rows::Flat(row) if row.len() == m => Ok(vec![row]),
-            Rows::Flat(column) if m == 1 && column.len() == steps => {
+            Rows::Flat(column) if size.controls == 1 && !column.is_empty() => {
                 Ok(column.into_iter().map(|value| vec![value]).collect())
             }
-            Rows::Flat(row) => {
-                let message = format!("must be {valid}; found {} numbers", row.len());
-                Err(self.error(&["initial_control".into()], message))
-            }
-            Rows::Named(_) => Err(self.error(&["initial_control".into()], format!("must be {valid}"))),
-            Rows::Nested(rows) => {
-                if let Some(row) = rows.iter().position(|row| row.len() != m) {
-                    let message = format!("must be {valid}; this row has {} numbers", rows[row].len());
-                    return Err(self.error(&["initial_control".into(), row.into()], message));
-                }
-                if rows.len() != 1 && rows.len() != steps {
-                    let message = format!("must be {valid}; found {} rows", rows.len());
-                    return Err(self.error(&["initial_control".into()], message));
-                }
-                Ok(rows)
+            Rows::Flat(row) => Ok(vec![row]),
+            Rows::Nested(rows) => Ok(rows),
+            Rows::Named(_) => {
+                Err(self.error(&["initial_control".into()], "must be a list of numbers, or of such lists"))
             }
         }
     }

@@ -1,13 +1,11 @@
 //! `[tasks.noise]`: variances, standard deviations and covariances.
 
 use serde::Deserialize;
-use supple_kernels::{Matrices, rows};
-use supple_lqg::refuse_indefinite;
+use supple_lqg::Dimensions;
 use supple_model::Value;
-use supple_model::document::Place;
+use supple_model::document::{Content, Place, Spanned, Unfit, matches};
 use supple_model::model::AnyModel;
 use supple_model::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance};
-use supple_model::value::symmetrise;
 use supple_text::FileError;
 
 use super::Reader;
@@ -47,22 +45,8 @@ impl Reader<'_> {
         let keys = ["noise".into(), key.into()];
         match (rows, names) {
             (Rows::Flat(variances), _) => Ok(Covariance::Diagonal(variances)),
-            (Rows::Nested(mut rows), _) => {
-                // Matrices that are not square are refused with the order that is valid.
-                if rows.iter().all(|row| row.len() == rows.len()) {
-                    symmetrise(&mut rows).map_err(|found| {
-                        let at = [keys[0], keys[1], found.row.into(), found.column.into()];
-                        self.error(&at, found.message(&self.parameters.names()))
-                    })?;
-                }
-                Ok(Covariance::Full(rows))
-            }
-            (Rows::Named(given), Some(states)) => {
-                for (name, &variance) in &given {
-                    self.variance((key, &[Place::Key(name)]), variance)?;
-                }
-                self.named(&keys, &given, states).map(Covariance::Diagonal)
-            }
+            (Rows::Nested(rows), _) => Ok(Covariance::full(rows)),
+            (Rows::Named(given), Some(states)) => self.named(&keys, &given, states).map(Covariance::Diagonal),
             (Rows::Named(_), None) => Err(self
                 .error(&keys, "must be a list of numbers, or a list of rows of numbers: measurements have no names")),
         }
@@ -117,6 +101,7 @@ impl Reader<'_> {
         file: NoiseFile,
         model: &dyn AnyModel,
         states: &[String],
+        steps: usize,
     ) -> Result<NoiseModel, FileError> {
         let size = model.dimensions();
         let own_states = size.states - model.recalled().len();
@@ -124,7 +109,7 @@ impl Reader<'_> {
         let own =
             self.given("measurement", "measurement_deviation", file.measurement, file.measurement_deviation, None)?;
         let measurement = match (own, model.variances()) {
-            (Some(own), _) => self.equipped(own, model)?,
+            (Some(own), _) => self.equipped(own, model, steps)?,
             (None, Some(variances)) => Covariance::Diagonal(variances),
             (None, None) => return Err(missing("measurement")),
         };
@@ -136,15 +121,8 @@ impl Reader<'_> {
             measurement,
             varying: self.varying(&file.varying, model)?,
         };
-        self.covariance("initial", &file.initial, own_states)?;
-        self.covariance("process", &file.process, own_states)?;
-        self.covariance("measurement", &file.measurement, size.measurements)?;
-        let v = self.at_start(&file.measurement);
-        let stride = v.stride();
-        if let Err(minor) = rows::cholesky(&mut v.at(0).to_vec(), size.measurements, stride) {
-            let message = format!("must be positive definite; its leading {} x {0} block is not", minor + 1);
-            return Err(self.error(&["noise".into(), "measurement".into()], message));
-        }
+        let own_size = Dimensions { states: own_states, ..size };
+        file.check(own_size, steps, self.parameters).map_err(|unfit| self.misfit(unfit, states))?;
         Ok(file)
     }
 
@@ -154,9 +132,12 @@ impl Reader<'_> {
     }
 
     /// The noise of all measurements from that of the model's own, where a catalogue adds some.
-    fn equipped(&self, own: Covariance, model: &dyn AnyModel) -> Result<Covariance, FileError> {
+    fn equipped(&self, own: Covariance, model: &dyn AnyModel, steps: usize) -> Result<Covariance, FileError> {
         let Some(equipment) = model.equipment() else { return Ok(own) };
-        self.covariance("measurement", &own, equipment.own)?;
+        let none = || Covariance::Diagonal(Vec::new());
+        let alone = NoiseModel::new(none(), none(), own.clone());
+        let size = Dimensions { states: 0, controls: 0, measurements: equipment.own };
+        alone.check(size, steps, self.parameters).map_err(|unfit| self.misfit(unfit, &[]))?;
         equipment.covariance(&own).map_err(|found| {
             let message =
                 format!("must have one entry for each measurement of the model, {}; found {found}", equipment.own);
@@ -164,53 +145,29 @@ impl Reader<'_> {
         })
     }
 
-    /// A covariance at the parameters' initial values.
-    fn at_start(&self, covariance: &Covariance) -> Matrices {
-        let mut matrix = Matrices::constant(covariance.order(), covariance.order());
-        covariance.resolve(&self.parameters.initial(), &mut matrix);
-        matrix
-    }
-
-    /// Checks a variance, given the covariance that it is in and its place there.
-    fn variance(&self, (key, at): (&'static str, &[Place]), variance: Value) -> Result<(), FileError> {
-        let Some(least) = self.parameters.least(variance) else { return Ok(()) };
-        let valid = match key {
-            "measurement" if least <= 0.0 => "must be above 0, as every sensor has some noise",
-            _ if least < 0.0 => "must be at least 0, as a variance",
-            _ => return Ok(()),
+    /// The error of what does not fit in the noise: at the standard deviations or at the name of a state, where the file
+    /// has these instead of variances or a list.
+    fn misfit(&self, Unfit { place, message, help }: Unfit, states: &[String]) -> FileError {
+        let deviation = match place.first() {
+            Some(Place::Key("initial")) => "initial_deviation",
+            Some(Place::Key("process")) => "process_deviation",
+            Some(Place::Key("measurement")) => "measurement_deviation",
+            _ => "",
         };
-        let at: Vec<Place> = ["noise".into(), key.into()].into_iter().chain(at.iter().copied()).collect();
-        Err(self.error(&at, format!("{valid}; {}", variance.found(least))))
-    }
-
-    fn covariance(&self, key: &'static str, covariance: &Covariance, order: usize) -> Result<(), FileError> {
-        let error = |places: &[Place], message: String| {
-            let at: Vec<Place> = ["noise".into(), key.into()].into_iter().chain(places.iter().copied()).collect();
-            Err(self.error(&at, message))
-        };
-        match covariance {
-            Covariance::Diagonal(variances) => {
-                if variances.len() != order {
-                    return error(&[], format!("must have {order} variances; found {}", variances.len()));
-                }
-                for (i, &variance) in variances.iter().enumerate() {
-                    self.variance((key, &[i.into()]), variance)?;
-                }
-            }
-            Covariance::Full(rows) => {
-                if rows.len() != order || rows.iter().any(|row| row.len() != order) {
-                    let widths: Vec<_> = rows.iter().map(Vec::len).collect();
-                    return error(&[], format!("must be {order} x {order}; found rows of {widths:?} numbers"));
-                }
-                for (i, row) in rows.iter().enumerate() {
-                    self.variance((key, &[i.into(), i.into()]), row[i])?;
-                }
-            }
-            Covariance::Sequence(_) => return error(&[], "must be constant over time in a task file".into()),
+        let mut at: Vec<Place> = ["tasks".into(), self.index.into(), "noise".into()].into_iter().chain(place).collect();
+        let deviations = [at[0], at[1], at[2], deviation.into()];
+        if self.document.get(&deviations).is_some() {
+            at[3] = deviation.into();
         }
-        if let Err(minor) = refuse_indefinite(&self.at_start(covariance), 0) {
-            return error(&[], format!("must be positive semidefinite; its leading {minor} x {minor} block is not"));
+        if let (Some(Content::Table(table)), [.., Place::Index(state)]) =
+            (self.document.get(&at[..4.min(at.len())]).map(Spanned::get_ref), &at[..])
+        {
+            let names = || table.keys().map(|key| key.get_ref().as_ref());
+            let state = states.get(*state).map_or("", String::as_str);
+            let named = names().find(|name| *name == state).or_else(|| names().find(|name| matches(name, state)));
+            at.pop();
+            at.extend(named.map(Place::Key));
         }
-        Ok(())
+        FileError { help, ..self.document.error(&at, message) }
     }
 }

@@ -179,17 +179,17 @@ impl Cost {
     }
 
     /// Checks the weights and the norm within the parameters' bounds; the error gives the key and what is valid.
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         // Entries of matrices may be negative.
         let factors = [("weight", &self.stage), ("final_weight", &self.last)];
         for (key, weights) in factors.into_iter().filter(|(_, weights)| !matches!(weights, Weights::Matrix(_))) {
             for weight in weights.iter() {
                 if let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0) {
-                    return Err((key, format!("must be at least 0; {}", weight.found(least))));
+                    return Err(Unfit::new(key, format!("must be at least 0; {}", weight.found(least))));
                 }
             }
         }
-        self.norm.check(parameters).map_err(|message| ("norm", message))?;
+        self.norm.check(parameters).map_err(|message| Unfit::new("norm", message))?;
         quadratic::check(self, parameters)
     }
 
@@ -333,7 +333,7 @@ pub fn read(kind: &str, table: Reader, spot: Spot, context: &Context, norms: &No
         let norm = norms.read(document, &norm)?;
         file.cost(quantity, norm).map_err(|unfit| unfit.at(document, at))?
     };
-    cost.check(context.parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
+    cost.check(context.parameters).map_err(|unfit| unfit.at(document, at))?;
     Ok(cost)
 }
 

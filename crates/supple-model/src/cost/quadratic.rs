@@ -7,7 +7,7 @@ use supple_text::FileError;
 
 use super::{Cost, Weights};
 use crate::Value;
-use crate::document::{Place, Spot};
+use crate::document::{Place, Spot, Unfit};
 use crate::noise::Covariance;
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Measurable, StateAndControl};
@@ -89,7 +89,7 @@ fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
 }
 
 /// Checks the weights of such a cost within the parameters' bounds; the error gives the key and what is valid.
-pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), Unfit> {
     let (Some(all), Weights::Matrix(stage), Weights::Matrix(last)) =
         (cost.quantity.as_kind::<StateAndControl>(), &cost.stage, &cost.last)
     else {
@@ -100,7 +100,7 @@ pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), (&'static str, 
     };
     let (n, all) = (all.states(), all.len());
     for (key, rows) in [("Q", block(stage, 0, n)), ("R", block(stage, n, all)), ("final", block(last, 0, n))] {
-        check_semidefinite(&rows, parameters).map_err(|message| (key, message))?;
+        check_semidefinite(&rows, parameters).map_err(|message| Unfit::new(key, message))?;
     }
     Ok(())
 }

@@ -23,25 +23,25 @@
 
 mod content;
 mod described;
-mod noise;
 mod pattern;
 mod read_error;
 mod reader;
 mod registry;
 #[cfg(feature = "schema")]
 mod schemas;
+mod unfit;
 
 pub use content::{Content, Spanned, Table};
 pub use described::Described;
-pub use noise::{DEVIATION, variances, with_noise_key};
 pub use pattern::matches;
 pub use read_error::ReadError;
 pub use reader::{Reader, Variant};
 pub use registry::NoKeys;
 pub use registry::Registry;
 #[cfg(feature = "schema")]
-pub use schemas::{merged, one_of, plain, with_deviation};
+pub use schemas::{merged, one_of, plain};
 pub use supple_text::FileError;
+pub use unfit::Unfit;
 
 use std::ops::Range;
 use std::rc::Rc;

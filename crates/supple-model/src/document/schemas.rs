@@ -2,8 +2,6 @@
 
 use serde_json::{Value as Json, json};
 
-use super::noise::DEVIATION;
-
 /// One of several tables, distinguished by `kind`.
 ///
 /// ```
@@ -59,30 +57,4 @@ pub fn merged(mut own: schemars::Schema, common: &schemars::Schema) -> schemars:
         required.extend(more);
     }
     own
-}
-
-/// Allows a standard deviation instead of the variance in a table.
-///
-/// ```
-/// use schemars::json_schema;
-/// use supple_model::document::{plain, with_deviation};
-///
-/// let sensor = json_schema!({ "properties": { "variance": { "type": "number" } }, "required": ["variance"] });
-/// let schemas = plain(vec![("state", with_deviation(sensor))]);
-/// assert_eq!(schemas[0].1["properties"]["deviation"]["type"], "number");
-/// ```
-pub fn with_deviation(mut schema: schemars::Schema) -> schemars::Schema {
-    let object = schema.ensure_object();
-    if let Some(properties) = object.get_mut("properties").and_then(Json::as_object_mut)
-        && let Some(mut deviation) = properties.get("variance").cloned()
-    {
-        deviation["description"] =
-            json!("Standard deviation of the noise, in the unit of the measured quantity; replaces `variance`");
-        properties.insert(DEVIATION.to_owned(), deviation);
-        if let Some(required) = object.get_mut("required").and_then(Json::as_array_mut) {
-            required.retain(|key| key != "variance");
-        }
-        object.insert("oneOf".to_owned(), json!([{ "required": ["variance"] }, { "required": [DEVIATION] }]));
-    }
-    schema
 }

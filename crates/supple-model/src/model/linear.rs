@@ -5,6 +5,7 @@ use supple_lqg::Dimensions;
 
 use super::{Model, PlainFile, Point};
 use crate::Value;
+use crate::document::Unfit;
 use crate::parameters::Parameters;
 
 /// A linear time-invariant model: `x+ = A x + B u`, `y = C x`, already in discrete time.
@@ -58,32 +59,41 @@ impl Model for Linear {
 impl PlainFile for Linear {
     const NAME: &'static str = "linear";
 
-    fn check(&self, _: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, _: &Parameters) -> Result<(), Unfit> {
         let n = self.A.len();
         let wrong = |rows: &[Vec<Value>], cols: usize| rows.iter().position(|row| row.len() != cols);
         if n == 0 {
-            return Err(("A", "needs at least one row".into()));
+            return Err(Unfit::new("A", "needs at least one row"));
         }
         if let Some(row) = wrong(&self.A, n) {
             let found = self.A[row].len();
-            return Err(("A", format!("must be square: it has {n} rows, but its row {} has {found} entries", row + 1)));
+            return Err(Unfit::new(
+                "A",
+                format!("must be square: it has {n} rows, but its row {} has {found} entries", row + 1),
+            ));
         }
         if self.B.len() != n {
-            return Err(("B", format!("must have one row per state: {n}, not {}", self.B.len())));
+            return Err(Unfit::new("B", format!("must have one row per state: {n}, not {}", self.B.len())));
         }
         let m = self.B[0].len();
         if m == 0 {
-            return Err(("B", "needs at least one column".into()));
+            return Err(Unfit::new("B", "needs at least one column"));
         }
         if let Some(row) = wrong(&self.B, m) {
-            return Err(("B", format!("its rows differ in length: {m} and {} (row {})", self.B[row].len(), row + 1)));
+            return Err(Unfit::new(
+                "B",
+                format!("its rows differ in length: {m} and {} (row {})", self.B[row].len(), row + 1),
+            ));
         }
         if self.C.is_empty() {
-            return Err(("C", "needs at least one row".into()));
+            return Err(Unfit::new("C", "needs at least one row"));
         }
         if let Some(row) = wrong(&self.C, n) {
             let found = self.C[row].len();
-            return Err(("C", format!("must have one column per state: {n}, but its row {} has {found}", row + 1)));
+            return Err(Unfit::new(
+                "C",
+                format!("must have one column per state: {n}, but its row {} has {found}", row + 1),
+            ));
         }
         Ok(())
     }

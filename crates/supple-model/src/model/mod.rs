@@ -127,7 +127,7 @@ pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + Described {
     ///
     /// # Errors
     /// If one is invalid; the error gives the key and what is valid.
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit>;
 }
 
 impl<M: PlainFile> ModelFile for M {
@@ -139,9 +139,7 @@ impl<M: PlainFile> ModelFile for M {
         let (at, document) = (["model".into()], source.document);
         let (_, table) = document.table_with_kind(&at, &source.kinds.models())?;
         let model = Self::deserialize(table).map_err(|error| document.read_error(&at, error))?;
-        model
-            .check(source.parameters)
-            .map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
+        model.check(source.parameters).map_err(|unfit| unfit.at(document, &at))?;
         Ok(model)
     }
 }

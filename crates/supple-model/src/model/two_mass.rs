@@ -6,6 +6,7 @@ use super::{Channel, Channels, Model, PlainFile, Point};
 
 use crate::Value;
 use crate::contacts::{Contact, ContactState};
+use crate::document::Unfit;
 use crate::parameters::Parameters;
 use crate::scene::{ConnectionKind, Landmark, LandmarkKind, Picture, PlacedBody, PlacedConnection, Pose, Shape, Solid};
 
@@ -168,7 +169,7 @@ type Rule<'a> = (&'static str, &'a [Value], &'static str, fn(f64) -> bool);
 impl PlainFile for TwoMass {
     const NAME: &'static str = "two_mass";
 
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         let rules: [Rule; 4] = [
             ("mass", &self.mass, "must be above 0 kg", |least| least > 0.0),
             ("damping", &self.damping, "must be at least 0 N s/m", |least| least >= 0.0),
@@ -178,7 +179,7 @@ impl PlainFile for TwoMass {
         for (key, values, valid, holds) in rules {
             for &value in values {
                 if let Some(least) = parameters.least(value).filter(|&least| !holds(least)) {
-                    return Err((key, format!("{valid}; {}", value.found(least))));
+                    return Err(Unfit::new(key, format!("{valid}; {}", value.found(least))));
                 }
             }
         }

@@ -5,11 +5,18 @@ use supple_lqg::Error;
 pub use supple_lqg::Noise;
 
 use crate::Value;
+use crate::value::symmetrise;
 
+mod check;
+mod keys;
 mod named;
 mod varying;
 
-pub use named::{NamedVariance, WrongName};
+pub use check::check_matrices;
+#[cfg(feature = "schema")]
+pub use keys::with_deviation;
+pub use keys::{DEVIATION, variances, with_noise_key};
+pub use named::NamedVariance;
 pub use varying::{VaryingNoise, VaryingVariance};
 
 /// A covariance matrix whose entries are values: its diagonal, or all of it; or one matrix of numbers per step.
@@ -30,6 +37,16 @@ impl Covariance {
     #[must_use]
     pub fn diagonal(variances: impl IntoIterator<Item = impl Into<Value>>) -> Self {
         Self::Diagonal(variances.into_iter().map(Into::into).collect())
+    }
+
+    /// A covariance of these rows, symmetric up to rounding, which is removed. [`NoiseModel::check`] finds any other.
+    #[must_use]
+    pub fn full(mut rows: Vec<Vec<Value>>) -> Self {
+        if rows.iter().all(|row| row.len() == rows.len()) {
+            // Stops at what is not symmetric.
+            let _ = symmetrise(&mut rows);
+        }
+        Self::Full(rows)
     }
 
     /// Changes every entry that is a value.

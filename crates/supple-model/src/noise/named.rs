@@ -2,14 +2,26 @@ use serde::Deserialize;
 use supple_text::{nearest, quoted};
 
 use super::VaryingVariance;
-use crate::document::matches;
+use crate::document::{Unfit, matches};
 use crate::parameters::Parameters;
 use crate::{Channel, Channels, Value};
 
 /// A [`VaryingVariance`] of measurements and a state by name, as task files write it:
 /// `coefficient (state - center)^2` on top of the measurements' variances.
 ///
-/// Example: [`WrongName`].
+/// ```
+/// use supple_model::noise::NamedVariance;
+/// use supple_model::parameters::Parameters;
+/// use supple_model::{Channels, Dimensions};
+///
+/// let size = Dimensions { states: 1, controls: 1, measurements: 2 };
+/// let channels = Channels::plain(vec!["x1".to_owned()], size);
+/// let (measurement, state) = (vec!["y*".to_owned()], "x2".to_owned());
+/// let varying = NamedVariance { measurement, state, center: 0.0.into(), coefficient: 0.1.into() };
+/// let wrong = varying.find(&channels, &Parameters::default()).err().ok_or("there is no state `x2`")?;
+/// assert_eq!(wrong.key(), "state");
+/// # Ok::<(), &'static str>(())
+/// ```
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(
@@ -29,58 +41,20 @@ pub struct NamedVariance {
     pub coefficient: Value,
 }
 
-/// What is wrong with a [`NamedVariance`].
-///
-/// ```
-/// use supple_model::noise::NamedVariance;
-/// use supple_model::parameters::Parameters;
-/// use supple_model::{Channels, Dimensions};
-///
-/// let size = Dimensions { states: 1, controls: 1, measurements: 2 };
-/// let channels = Channels::plain(vec!["x1".to_owned()], size);
-/// let (measurement, state) = (vec!["y*".to_owned()], "x2".to_owned());
-/// let varying = NamedVariance { measurement, state, center: 0.0.into(), coefficient: 0.1.into() };
-/// let wrong = varying.find(&channels, &Parameters::default()).err().ok_or("there is no state `x2`")?;
-/// assert_eq!((wrong.key, wrong.entry), ("state", None));
-/// # Ok::<(), &'static str>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct WrongName {
-    /// The key.
-    pub key: &'static str,
-    /// Which entry of its list.
-    pub entry: Option<usize>,
-    /// What was found, and what is valid.
-    pub message: String,
-    /// What to do about it.
-    pub help: Option<String>,
-}
-
-impl std::fmt::Display for WrongName {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let Self { key, entry, message, help } = self;
-        write!(f, "{key}")?;
-        entry.map_or(Ok(()), |entry| write!(f, "[{entry}]"))?;
-        write!(f, ": {message}")?;
-        help.as_ref().map_or(Ok(()), |help| write!(f, "; {help}"))
-    }
-}
-
 impl NamedVariance {
     /// One entry for each measurement that is named.
     ///
     /// # Errors
     /// If a name does not exist, with advice, or a coefficient is or can be negative.
-    pub fn find(&self, channels: &Channels, parameters: &Parameters) -> Result<Vec<VaryingVariance>, WrongName> {
-        let wrong = |key, message| WrongName { key, entry: None, message, help: None };
+    pub fn find(&self, channels: &Channels, parameters: &Parameters) -> Result<Vec<VaryingVariance>, Unfit> {
         let states: Vec<&str> = channels.states.iter().map(|channel| channel.name.as_str()).collect();
         let Some(state) = states.iter().position(|name| *name == self.state) else {
             let message = format!("no state is `{}`; states: {}", self.state, quoted(&states));
-            return Err(WrongName { help: nearest(&self.state, &states), ..wrong("state", message) });
+            return Err(Unfit { help: nearest(&self.state, &states), ..Unfit::new("state", message) });
         };
         if let Some(least) = parameters.least(self.coefficient).filter(|&least| least < 0.0) {
             let message = format!("must be at least 0, as it adds to a variance; {}", self.coefficient.found(least));
-            return Err(wrong("coefficient", message));
+            return Err(Unfit::new("coefficient", message));
         }
         let &Self { center, coefficient, .. } = self;
         let places = self.places(&channels.measurements)?;
@@ -88,17 +62,17 @@ impl NamedVariance {
     }
 
     /// Places of the measurements that are named, each once.
-    fn places(&self, channels: &[Channel]) -> Result<impl Iterator<Item = usize>, WrongName> {
-        let wrong = |entry, message| WrongName { key: "measurement", entry, message, help: None };
+    fn places(&self, channels: &[Channel]) -> Result<impl Iterator<Item = usize>, Unfit> {
         if self.measurement.is_empty() {
-            return Err(wrong(None, "must name at least one measurement; found an empty list".to_owned()));
+            return Err(Unfit::new("measurement", "must name at least one measurement; found an empty list"));
         }
         let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
         for (entry, pattern) in self.measurement.iter().enumerate() {
             if !names.iter().any(|name| matches(pattern, name)) {
                 let verb = if pattern.contains('*') { "fits" } else { "is" };
                 let message = format!("no measurement {verb} `{pattern}`; measurements: {}", quoted(&names));
-                return Err(WrongName { help: nearest(pattern, &names), ..wrong(Some(entry), message) });
+                let unfit = Unfit { help: nearest(pattern, &names), ..Unfit::new("measurement", message) };
+                return Err(unfit.entry(entry));
             }
         }
         let fits = |name: &str| self.measurement.iter().any(|pattern| matches(pattern, name));

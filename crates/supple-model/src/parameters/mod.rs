@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::math;
 use supple_text::{digits, quoted};
 
+use crate::document::Unfit;
 use crate::{ParameterHandle, Value, is_name};
 
 mod error;
@@ -138,39 +139,42 @@ impl Parameter {
     ///
     /// # Errors
     /// The first thing that is wrong.
-    pub fn check(&self) -> Result<(), (&'static str, String)> {
+    pub fn check(&self) -> Result<(), Unfit> {
         let Self { name, initial, bounds: [lower, upper], scale, price, .. } = self;
         if !is_name(name) {
             let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
-            return Err(("name", message));
+            return Err(Unfit::new("name", message));
         }
         if !(lower.is_finite() && upper.is_finite()) {
-            return Err(("bounds", "must be two finite numbers".to_owned()));
+            return Err(Unfit::new("bounds", "must be two finite numbers".to_owned()));
         }
         if lower == upper {
             let message = format!("are equal: [{lower}, {upper}]; replace a fixed parameter by a number");
-            return Err(("bounds", message));
+            return Err(Unfit::new("bounds", message));
         }
         if lower > upper {
             let message = format!("are reversed: [{}, {}]", digits(*lower), digits(*upper));
-            return Err(("bounds", message));
+            return Err(Unfit::new("bounds", message));
         }
         if *scale == Scale::Log && *lower <= 0.0 {
-            return Err(("bounds", format!("must be above 0 with scale = \"log\"; the lower one is {lower}")));
+            return Err(Unfit::new(
+                "bounds",
+                format!("must be above 0 with scale = \"log\"; the lower one is {lower}"),
+            ));
         }
         if !(lower..=upper).contains(&initial) {
             let [initial, lower, upper] = [initial, lower, upper].map(|number| digits(*number));
-            return Err(("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
+            return Err(Unfit::new("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
         }
         if let Some(Err(message)) = price.map(|price| price.check([*lower, *upper])) {
-            return Err(("price", message));
+            return Err(Unfit::new("price", message));
         }
         if !self.catalogue.is_empty() && self.role == Role::Study {
             let message = "applies only to design parameters; this one has role = \"study\"";
-            return Err(("catalogue", message.to_owned()));
+            return Err(Unfit::new("catalogue", message.to_owned()));
         }
         match self.wrong_entry() {
-            Some((index, message)) => Err(("catalogue", format!("entry {}: {message}", index + 1))),
+            Some((index, message)) => Err(Unfit::new("catalogue", format!("entry {}: {message}", index + 1))),
             None => Ok(()),
         }
     }

@@ -9,6 +9,7 @@ use supple_kernels::graph::{Function, Node, call};
 
 use super::{Known, Measurable, Vocabulary};
 use crate::channels::Channel;
+use crate::document::Unfit;
 use crate::parameters::Parameters;
 use crate::physics::Point;
 
@@ -32,7 +33,7 @@ trait Kind: Any + Debug + Send + Sync {
     fn least_targets(&self) -> usize;
     fn needs_target(&self) -> bool;
     fn signal_of(&self, entry: usize) -> Option<usize>;
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit>;
 }
 
 impl<Q: Measurable> Kind for Q {
@@ -72,7 +73,7 @@ impl<Q: Measurable> Kind for Q {
     fn signal_of(&self, entry: usize) -> Option<usize> {
         Measurable::signal_of(self, entry)
     }
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         Measurable::check(self, parameters)
     }
 }
@@ -186,7 +187,7 @@ impl Quantity {
     ///
     /// # Errors
     /// If something is wrong.
-    pub fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    pub fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         self.0.check(parameters)
     }
 }

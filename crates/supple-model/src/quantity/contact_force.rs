@@ -74,12 +74,12 @@ impl Measurable for ContactForce {
         Some(self.signal)
     }
 
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         let Some(smoothing) = self.smoothing else { return Ok(()) };
         match parameters.least(smoothing) {
             Some(least) if least <= 0.0 => {
                 let valid = "must be above 0 N, or left out for the force as it is";
-                Err(("smoothing", format!("{valid}; {}", smoothing.found(least))))
+                Err(Unfit::new("smoothing", format!("{valid}; {}", smoothing.found(least))))
             }
             _ => Ok(()),
         }

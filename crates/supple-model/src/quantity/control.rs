@@ -28,6 +28,11 @@ impl Control {
     pub fn all(controls: usize) -> Self {
         Self { selected: (0..controls).collect() }
     }
+
+    /// The indices of the controls.
+    pub fn selected(&self) -> &[usize] {
+        &self.selected
+    }
 }
 
 impl QuantityFile for Control {

@@ -127,7 +127,7 @@ impl Context<'_> {
         let quantity = (reads.build)(table, self.vocabulary)
             .map_err(|error| document.read_error(at, error))?
             .map_err(|unfit| unfit.at(document, at))?;
-        quantity.check(self.parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
+        quantity.check(self.parameters).map_err(|unfit| unfit.at(document, at))?;
         Ok(quantity)
     }
 }

@@ -71,6 +71,7 @@ mod state_and_control;
 mod vocabulary;
 
 pub use crate::document::NoKeys;
+pub use crate::document::Unfit;
 pub use any::Quantity;
 pub use center_of_mass::CenterOfMass;
 pub use clearance::Clearance;
@@ -98,7 +99,7 @@ pub use sensor::{Noise, Sensor, read_sensor};
 pub use signal::Signal;
 pub use state::State;
 pub use state_and_control::StateAndControl;
-pub use vocabulary::{Unfit, Vocabulary};
+pub use vocabulary::Vocabulary;
 
 /// Inputs of quantities besides state, control and parameters.
 ///
@@ -203,7 +204,7 @@ pub trait Measurable: Debug + Send + Sync + 'static {
     }
 
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
-    fn check(&self, _parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, _parameters: &Parameters) -> Result<(), Unfit> {
         Ok(())
     }
 }

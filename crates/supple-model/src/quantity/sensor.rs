@@ -8,9 +8,12 @@ use super::Kinds;
 use super::{Context, Quantity, Unfit};
 use crate::Value;
 use crate::channels::Channel;
-use crate::document::{DEVIATION, Reader, Spot, variances, with_noise_key};
 #[cfg(feature = "schema")]
-use crate::document::{merged, with_deviation};
+use crate::document::merged;
+use crate::document::{Reader, Spot};
+#[cfg(feature = "schema")]
+use crate::noise::with_deviation;
+use crate::noise::{DEVIATION, variances, with_noise_key};
 use crate::parameters::Parameters;
 use crate::value::OneOrMore;
 

@@ -1,9 +1,7 @@
 //! What quantities may refer to by name.
 
-use supple_text::{nearest, owned};
-
 use crate::channels::{Channel, Channels, Drive};
-use crate::document::{Document, FileError, Place};
+use crate::document::Unfit;
 use crate::physics::{FileSensor, Model, frame_signals, locked_message};
 
 /// What quantities may refer to: the names and sizes of the model.
@@ -31,46 +29,6 @@ pub struct Vocabulary {
     pub drives: Vec<Drive>,
     /// Sensors of the robot's file.
     pub file_sensors: Vec<FileSensor>,
-}
-
-/// A table that does not fit its model: the key that is wrong, and what is valid.
-///
-/// Example: the [module](crate::quantity).
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("{key}: {message}")]
-pub struct Unfit {
-    /// Key in the table.
-    pub key: &'static str,
-    /// What was found and what is valid.
-    pub message: String,
-    /// Advice, where there is any.
-    pub help: Option<String>,
-}
-
-impl Unfit {
-    /// An error without advice.
-    pub fn new(key: &'static str, message: impl Into<String>) -> Self {
-        Self { key, message: message.into(), help: None }
-    }
-
-    /// The same with advice.
-    #[must_use]
-    pub fn with_help(self, help: impl Into<String>) -> Self {
-        Self { help: Some(help.into()), ..self }
-    }
-
-    /// The corresponding file error, for a table at a place.
-    #[must_use]
-    pub fn at(self, document: &Document, at: &[Place]) -> FileError {
-        let at: Vec<Place> = at.iter().copied().chain([self.key.into()]).collect();
-        FileError { help: self.help, ..document.error(&at, self.message) }
-    }
-
-    /// The error for a name that is not in `valid`, with the nearest valid name as help.
-    pub fn unknown<T: AsRef<str>>(key: &'static str, what: &str, name: &str, valid: &[T]) -> Self {
-        let message = format!("{what}: {}", owned(valid));
-        Self { key, message, help: nearest(name, valid) }
-    }
 }
 
 /// Prefix of compliance signals that are deflections rather than forces.

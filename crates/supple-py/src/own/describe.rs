@@ -9,7 +9,7 @@ use supple::noise::{Covariance, NamedVariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters};
 use supple::plan::PlanSettings;
 use supple::system::System;
-use supple::{Matrices, Names, Problem, Task, TaskNumbers, Value};
+use supple::{Matrices, Names, Problem, Task, Value};
 
 /// A problem but for its systems.
 #[derive(Deserialize)]
@@ -107,13 +107,13 @@ impl Described {
     pub fn problem(self, systems: Vec<Arc<dyn System>>) -> Result<Problem, String> {
         let Self { title, parameters, tasks, planning, design } = self;
         for parameter in &parameters {
-            parameter.check().map_err(|(key, message)| match key {
-                "name" => message,
-                key => format!("parameter `{}`: {key} {message}", parameter.name),
+            parameter.check().map_err(|unfit| match unfit.key() {
+                "name" => unfit.message,
+                _ => format!("parameter `{}`: {unfit}", parameter.name),
             })?;
         }
-        planning.check().map_err(|(key, message)| format!("planning: {key}: {message}"))?;
-        design.check().map_err(|(key, message)| format!("design: {key}: {message}"))?;
+        planning.check().map_err(|unfit| format!("planning: {unfit}"))?;
+        design.check().map_err(|unfit| format!("design: {unfit}"))?;
         let parameters = Parameters::new(parameters);
         let names = Names::new(parameters.names());
         let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters, &names));
@@ -128,18 +128,11 @@ impl DescribedTask {
         let in_task = |what: String| at(&what);
         let time_step = self.time_step.resolve("time_step", names).map_err(in_task)?;
         let bound = self.bound.map(|bound| bound.resolve("bound", names)).transpose().map_err(in_task)?;
-        let Self { steps, information_weight, .. } = self;
-        let numbers = TaskNumbers { steps, time_step, bound, information_weight };
-        let wrong = |(key, message): (&str, String)| at(&format!("{key} {message}"));
-        numbers.check(system.dimensions(), parameters).map_err(wrong)?;
         let bounds = self.control_bounds.map(|[lower, upper]| {
             let or = |bound: Option<f64>, infinite: f64| bound.unwrap_or(infinite);
             let pairs = lower.into_iter().zip(upper);
             pairs.map(|(lower, upper)| (or(lower, f64::NEG_INFINITY), or(upper, f64::INFINITY))).collect::<Vec<_>>()
         });
-        if let Some((lower, upper)) = bounds.iter().flatten().find(|(lower, upper)| lower > upper) {
-            return Err(at(&format!("control_bounds are reversed: [{lower}, {upper}]")));
-        }
         let mut channels = system.channels();
         // States are addressed by the system's names, whatever names are shown to people.
         channels.states.iter_mut().zip(system.state_names()).for_each(|(channel, name)| channel.name = name);
@@ -166,7 +159,7 @@ impl DescribedTask {
             .weighing_information(self.information_weight);
         let control_bounds = bounds.map(|bounds| ControlBounds::new(&bounds));
         let task = Task { bound, control_bounds, ..task };
-        task.check_shapes().map_err(|error| error.to_string())?;
+        task.check(parameters).map_err(|unfit| at(&unfit.to_string()))?;
         Ok(task)
     }
 }
@@ -177,7 +170,7 @@ impl DescribedCovariance {
         let noise = || format!("noise: {what}");
         match self {
             Self::Diagonal(entries) => resolve_all(entries, &noise(), names).map(Covariance::Diagonal),
-            Self::Full(rows) => resolve_rows(rows, &noise(), names).map(Covariance::Full),
+            Self::Full(rows) => resolve_rows(rows, &noise(), names).map(Covariance::full),
             Self::Sequence(matrices) => sequence(matrices, what).map(Covariance::Sequence),
         }
     }

@@ -52,6 +52,20 @@ pub fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResul
     Ok(Arc::new(system.map_err(|error| errors::of_compute(py, &error.into()))?))
 }
 
+/// Checks an array of one covariance, or of one for each step, which errors call `name`: symmetric up to rounding, and
+/// positive semidefinite, or definite.
+#[pyfunction]
+pub fn check_covariance(name: &str, array: &Bound<'_, PyAny>, definite: bool) -> PyResult<()> {
+    let found = matrices(name, array, 2)?;
+    supple::noise::check_matrices(&found, definite).map_err(|mut unfit| {
+        if found.is_constant() {
+            unfit.place.remove(0);
+        }
+        let colon = if unfit.place.is_empty() { ": " } else { "" };
+        errors::usage(array.py(), &format!("{name}{colon}{unfit}"))
+    })
+}
+
 /// An array of `axes` axes as one that is the same at every step, or of one axis more as one for each step.
 fn matrices(name: &str, array: &Bound<'_, PyAny>, axes: usize) -> PyResult<Matrices> {
     let wrong = |found: &str| {

@@ -18,6 +18,7 @@ use supple::{Dimensions, Problem};
 use crate::errors;
 
 pub use callback::{fill, read, vectors};
+pub use linear::check_covariance;
 
 /// The first exception raised by a user-supplied function, until it is taken.
 #[derive(Clone, Default)]

@@ -254,7 +254,7 @@ fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings
     };
     let ParetoOptions { starts, seed, .. } = *options;
     let settings = DesignSettings { method: Method::Sqp, gradient, starts, seed, ..task.problem.design.clone() };
-    settings.check().map_err(|(key, message)| StudyError::usage(format!("{key}: {message}")))?;
+    settings.check().map_err(|unfit| StudyError::usage(unfit.to_string()))?;
     Ok(settings)
 }
 

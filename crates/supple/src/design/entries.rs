@@ -33,6 +33,29 @@ type Valued = (f64, Vec<f64>);
 
 type Function = dyn Fn(&Problem, &Visit) -> Valued;
 
+/// What a constraint limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Limited {
+    /// The cost of a task, by index.
+    Cost(usize),
+    /// The sum of prices.
+    Price,
+    /// The cost of a task without measurements.
+    Unmeasured(usize),
+}
+
+impl Limited {
+    /// How far it is above its limit, relative to the limit; infinitely below where there is no limit.
+    pub fn violation(self, visit: &Visit) -> f64 {
+        let found = match self {
+            Self::Cost(task) => visit.tasks[task].violation(),
+            Self::Price => visit.price.violation(),
+            Self::Unmeasured(task) => visit.tasks[task].unmeasured_violation(),
+        };
+        found.unwrap_or(f64::NEG_INFINITY)
+    }
+}
+
 /// A function of visited designs.
 pub(super) struct Entry {
     of: Box<Function>,
@@ -67,36 +90,42 @@ pub(super) fn objective((problem, aim, units): (&Problem, Aim, Units), first: &V
     Entry::new(scale, |problem, visit| (visit.objective(problem), visit.objective_gradient(problem)))
 }
 
-/// What must be at most 0: the cost of each task with a bound less that bound, or its ratio to the bound less the
+/// What must be at most 0, and what it limits: the cost of each task with a bound less that bound, or its ratio to the bound less the
 /// auxiliary variable; the sum of prices less the budget; and the cost without measurements less the bound, of tasks that
 /// must keep it without them.
-pub(super) fn constraints((settings, aim, units): (&DesignSettings, Aim, Units), first: &Visit) -> Vec<Entry> {
+pub(super) fn constraints(
+    (settings, aim, units): (&DesignSettings, Aim, Units),
+    first: &Visit,
+) -> Vec<(Limited, Entry)> {
     let bounded = || first.tasks.iter().enumerate().filter_map(|(task, at)| Some((task, at.bound?)));
     let unmeasured = bounded().filter(|&(task, _)| first.tasks[task].unmeasured.is_some());
-    let cost = |(task, bound): (usize, f64)| match has_auxiliary(aim) {
-        true => {
-            let ratio = move |_: &Problem, visit: &Visit| {
-                let at = &visit.tasks[task];
-                let gradient = at.violation_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
-                (1.0 + at.violation().unwrap_or(-1.0), gradient)
-            };
-            Entry { auxiliary: -1.0, ..Entry::new(units.scale(1.0 + first.violation()), ratio) }
-        }
-        false => Entry::new(units.scale(bound), move |_, visit| {
+    let ratio = |(task, _): (usize, f64)| {
+        let of = move |_: &Problem, visit: &Visit| {
+            let at = &visit.tasks[task];
+            let gradient = at.violation_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
+            (1.0 + at.violation().unwrap_or(-1.0), gradient)
+        };
+        Entry { auxiliary: -1.0, ..Entry::new(units.scale(1.0 + first.violation()), of) }
+    };
+    let excess = |(task, bound): (usize, f64)| {
+        Entry::new(units.scale(bound), move |_, visit| {
             let at = &visit.tasks[task];
             (at.cost - at.bound.unwrap_or(f64::INFINITY), at.excess_gradient(1.0))
-        }),
+        })
     };
+    let cost = |of: (usize, f64)| (Limited::Cost(of.0), if has_auxiliary(aim) { ratio(of) } else { excess(of) });
     let budget = settings.budget.map(|budget| {
-        Entry::new(units.scale(budget), move |_, visit| (visit.price.total - budget, visit.price.gradient.clone()))
+        let of = move |_: &Problem, visit: &Visit| (visit.price.total - budget, visit.price.gradient.clone());
+        (Limited::Price, Entry::new(units.scale(budget), of))
     });
     let blind = |(task, bound): (usize, f64)| {
-        Entry::new(units.scale(bound), move |_, visit| {
+        let of = move |_: &Problem, visit: &Visit| {
             let at = &visit.tasks[task];
             let cost = at.unmeasured.as_ref().map_or(f64::NEG_INFINITY, |(cost, _)| *cost);
             let gradient = at.unmeasured_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
             (cost - at.bound.unwrap_or(f64::INFINITY), gradient)
-        })
+        };
+        (Limited::Unmeasured(task), Entry::new(units.scale(bound), of))
     };
     bounded().map(cost).chain(budget).chain(unmeasured.map(blind)).collect()
 }

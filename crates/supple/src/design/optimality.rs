@@ -1,8 +1,9 @@
 //! Whether a visited design is an optimum, to first order (theory, equation D.3).
 
 use super::Aim;
+use super::entries::{Entry, Limited, Units, constraints, objective};
 use super::visit::Visitor;
-use super::visited::{TaskVisit, Visit};
+use super::visited::Visit;
 
 /// First-order optimality up to which a design counts as an optimum.
 pub(crate) const OPTIMAL: f64 = 1e-4;
@@ -16,47 +17,45 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let Visitor { problem, settings, aim, scaling, .. } = visitor;
     let near = 100.0 * settings.feasibility;
     let scaled = |gradient: &[f64]| scaling.gradient(&at.phi, gradient);
-    let violations: Vec<Option<f64>> = at.tasks.iter().map(|task| task.violation()).collect();
-    // The budget is one more constraint, after those of the tasks.
-    let budget = at.tasks.len();
-    let is_tight = at.price.violation().is_some_and(|violation| violation > -near);
+    let slope = |entry: &Entry| scaled(&entry.at(problem, at).1);
+    let entries = constraints((settings, *aim, Units::Natural), at);
+    let violations: Vec<f64> = entries.iter().map(|(limited, _)| limited.violation(at)).collect();
+    let gradients: Vec<Vec<f64>> = entries.iter().map(|(_, entry)| slope(entry)).collect();
+    let mut reported = vec![0.0; at.tasks.len() + 1];
     match aim {
         Aim::Information { .. } => {
-            let objective = scaled(&at.objective_gradient(problem));
-            let of_tasks = at.tasks.iter().map(|task| scaled(&task.excess_gradient(1.0)));
-            let mut constraints: Vec<_> = of_tasks.chain([scaled(&at.price.gradient)]).collect();
-            let is_active = |task: usize| violations[task].is_some_and(|violation| violation > -near);
-            let active = (0..at.tasks.len()).filter(|&task| is_active(task));
-            let mut active: Vec<usize> = active.chain(is_tight.then_some(budget)).collect();
-            // Constraints on costs without measurements have no reported multipliers.
-            let is_near = |task: &&TaskVisit| task.unmeasured_violation().is_some_and(|violation| violation > -near);
-            let unmeasured = at.tasks.iter().filter(is_near).filter_map(TaskVisit::unmeasured_gradient);
-            constraints.extend(unmeasured.map(|gradient| scaled(&gradient)));
-            active.extend(budget + 1..constraints.len());
-            let (worst, mut multipliers) = project(&objective, &constraints, &active, &at.scaled);
-            multipliers.truncate(budget + 1);
+            let active: Vec<usize> = (0..entries.len()).filter(|&one| violations[one] > -near).collect();
+            let of = slope(&objective((problem, *aim, Units::Natural), at));
+            let (worst, multipliers) = project(&of, &gradients, &active, &at.scaled);
+            for ((limited, _), multiplier) in entries.iter().zip(multipliers) {
+                match *limited {
+                    Limited::Cost(task) => reported[task] = multiplier,
+                    Limited::Price => reported[at.tasks.len()] = multiplier,
+                    // Constraints on costs without measurements have no reported multipliers.
+                    Limited::Unmeasured(_) => {}
+                }
+            }
             // If information and price are in balance, the gradient of their sum cannot serve as a scale.
             let parts = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
             let parts = parts.map(|(information, price)| information.abs() + (at.price.weight * price).abs());
             let size = parts.fold(1e-300, f64::max);
-            (worst / size, multipliers)
+            (worst / size, reported)
         }
         Aim::Cost => {
             let most = at.violation();
-            let none = || vec![0.0; at.phi.len()];
-            let gradients = at.tasks.iter().map(|task| task.violation_gradient().unwrap_or_else(none));
-            let gradients = gradients.map(|gradient| scaled(&gradient)).chain([scaled(&at.price.gradient)]);
-            let gradients: Vec<_> = gradients.collect();
-            let is_worst = |task: &usize| violations[*task] == Some(most);
-            let Some(first) = (0..at.tasks.len()).find(is_worst) else {
-                return (0.0, vec![0.0; budget + 1]);
+            let is_cost = |one: &usize| matches!(entries[*one].0, Limited::Cost(_));
+            let Some(first) = (0..entries.len()).find(|one| is_cost(one) && violations[*one] == most) else {
+                return (0.0, reported);
             };
-            let is_active = |task: &usize| *task != first && violations[*task].is_some_and(|v| v > most - near);
-            let active = (0..at.tasks.len()).filter(is_active).chain(is_tight.then_some(budget));
-            let active: Vec<usize> = active.collect();
+            let is_active = |one: &usize| match entries[*one].0 {
+                Limited::Cost(_) => *one != first && violations[*one] > most - near,
+                Limited::Price => violations[*one] > -near,
+                Limited::Unmeasured(_) => false,
+            };
+            let active: Vec<usize> = (0..entries.len()).filter(is_active).collect();
             let (worst, weights) = project(&gradients[first], &gradients, &active, &at.scaled);
-            let weight = 1.0 + weights[..budget].iter().sum::<f64>();
-            (worst / (weight * (1.0 + most).max(1e-300)), vec![0.0; budget + 1])
+            let weight = 1.0 + (0..entries.len()).filter(is_cost).map(|one| weights[one]).sum::<f64>();
+            (worst / (weight * (1.0 + most).max(1e-300)), reported)
         }
     }
 }

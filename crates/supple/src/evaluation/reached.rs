@@ -45,8 +45,30 @@ pub struct LimitReached {
     pub price: f64,
 }
 
-/// The limits that a plan is held at, in their order.
+/// The limits that a plan is held at, in their order: bounds of the controls, then limits of quantities.
 pub(super) fn limits_reached(task: &Task, phi: &[f64], plan: &Plan) -> Vec<LimitReached> {
+    let mut reached = bounds_reached(task, plan);
+    reached.extend(quantities_reached(task, phi, plan));
+    reached
+}
+
+fn bounds_reached(task: &Task, plan: &Plan) -> Vec<LimitReached> {
+    let Some(bounds) = &task.control_bounds else { return Vec::new() };
+    let channels = task.system.channels().controls;
+    let sides = channels.iter().enumerate().flat_map(|(a, channel)| [(a, channel, false), (a, channel, true)]);
+    let reached = sides.filter_map(|(a, channel, upper)| {
+        let limit = if upper { bounds.upper()[a] } else { bounds.lower()[a] };
+        let is_held =
+            |t: &usize| plan.policy.clamped[t * channels.len() + a] && plan.trajectory.controls.vector(*t)[a] == limit;
+        let held: Vec<usize> = (0..task.steps).filter(is_held).collect();
+        let price = held.iter().map(|&t| plan.control_slopes.vector(t)[a].abs()).sum();
+        let (name, steps) = (channel.name.clone(), held.len());
+        held.first().map(|&step| LimitReached { name, limit, upper, step, steps, price })
+    });
+    reached.collect()
+}
+
+fn quantities_reached(task: &Task, phi: &[f64], plan: &Plan) -> Vec<LimitReached> {
     let Some(limits) = task.system.constraints().filter(|_| plan.is_at_limits()) else { return Vec::new() };
     let ends = limits.ends().into_iter().zip(limits.bounds(phi)).enumerate();
     let reached = ends.filter_map(|(index, (end, limit))| {

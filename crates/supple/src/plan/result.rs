@@ -51,6 +51,9 @@ pub struct Plan {
     /// [`Constraints::ends`](supple_model::system::Constraints::ends): the cost of a unit of each. Empty where there
     /// are no such limits.
     pub multipliers: Matrices,
+    /// The slopes `l_u + B' lambda` of the cost by the controls, N vectors of length m, where controls have bounds: where
+    /// one holds a control, the price of the bound.
+    pub control_slopes: Matrices,
 }
 
 impl Plan {
@@ -74,6 +77,7 @@ impl Plan {
             regularised: 0,
             passed_over: None,
             multipliers: Matrices::vectors(0, 0),
+            control_slopes: Matrices::vectors(steps, dimensions.controls),
         }
     }
 

@@ -34,7 +34,14 @@ pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
     let NominalProblem { system, phi, bounds } = problem;
     plan.knots.linearise_plan(system, plan.trajectory.points(), phi, curvature, scratch);
     let controls = &plan.trajectory.controls;
-    let left = |t: usize, a: usize, slope| bounds.map_or(slope, |it| it.project(a, controls.vector(t)[a], slope));
+    let slopes = &mut plan.control_slopes;
+    let left = |t: usize, a: usize, slope| match bounds {
+        None => slope,
+        Some(bounds) => {
+            slopes.vector_mut(t)[a] = slope;
+            bounds.project(a, controls.vector(t)[a], slope)
+        }
+    };
     let (knots, feedback) = ((&plan.knots.dynamics, &plan.knots.cost), Some(&plan.policy.feedback));
     let Stationarity { residual, scale, step, control } = sweep_costates(knots, feedback, &mut plan.costates, left);
     plan.steepest = (step, control);

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::InformationWeights;
+use supple_model::document::Unfit;
 use supple_text::digits;
 
 /// How a design is searched for.
@@ -100,7 +101,7 @@ impl Default for DesignSettings {
 
 impl DesignSettings {
     /// What is wrong with the settings: the key, and what is valid.
-    pub fn check(&self) -> Result<(), (&'static str, String)> {
+    pub fn check(&self) -> Result<(), Unfit> {
         let counts = [
             ("starts", self.starts),
             ("max_evaluations", self.max_evaluations),
@@ -108,7 +109,7 @@ impl DesignSettings {
             ("max_combinations", self.max_combinations),
         ];
         if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {
-            return Err((key, "must be at least 1; found 0".into()));
+            return Err(Unfit::new(key, "must be at least 1; found 0"));
         }
         let memory = [
             ("starts", self.starts),
@@ -116,14 +117,14 @@ impl DesignSettings {
             ("max_combinations", self.max_combinations),
         ];
         if let Some((key, found)) = memory.into_iter().find(|&(_, count)| count > 10_000) {
-            return Err((key, format!("must be at most 10000; found {found}")));
+            return Err(Unfit::new(key, format!("must be at most 10000; found {found}")));
         }
         if let Some(rollouts) = self.rollouts.filter(|&rollouts| rollouts > MOST_ROLLOUTS) {
-            return Err(("rollouts", format!("must be at most {MOST_ROLLOUTS}; found {rollouts}")));
+            return Err(Unfit::new("rollouts", format!("must be at most {MOST_ROLLOUTS}; found {rollouts}")));
         }
         if !self.information.are_valid() {
             let found = self.information;
-            return Err((
+            return Err(Unfit::new(
                 "information",
                 format!("weights must be at least 0, and at least one positive; found {found}"),
             ));
@@ -135,21 +136,21 @@ impl DesignSettings {
                 "`{}` needs the gradient `total`, and the method `sqp` or `cobyla`: the paper's method supports measured information only",
                 self.information
             );
-            return Err(("information", message));
+            return Err(Unfit::new("information", message));
         }
         let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
         if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {
-            return Err((key, format!("must be between 0 and 1; found {}", digits(found))));
+            return Err(Unfit::new(key, format!("must be between 0 and 1; found {}", digits(found))));
         }
         if !(self.price_weight >= 0.0 && self.price_weight.is_finite()) {
-            return Err(("price_weight", format!("must be at least 0; found {}", digits(self.price_weight))));
+            return Err(Unfit::new("price_weight", format!("must be at least 0; found {}", digits(self.price_weight))));
         }
         if let Some(found) = self.budget.filter(|budget| !(*budget > 0.0 && budget.is_finite())) {
-            return Err(("budget", format!("must be above 0; found {}", digits(found))));
+            return Err(Unfit::new("budget", format!("must be above 0; found {}", digits(found))));
         }
         let positive = [("barrier_weight", self.barrier_weight), ("barrier_margin", self.barrier_margin)];
         match positive.into_iter().find(|&(_, value)| !(value > 0.0 && value.is_finite())) {
-            Some((key, found)) => Err((key, format!("must be above 0; found {}", digits(found)))),
+            Some((key, found)) => Err(Unfit::new(key, format!("must be above 0; found {}", digits(found)))),
             None => Ok(()),
         }
     }

@@ -24,7 +24,7 @@
 //! assert!(planning.check().is_ok() && design.check().is_ok());
 //!
 //! let wrong = PlanSettings { risk_sensitivity: 0.1, ..PlanSettings::default() };
-//! assert_eq!(wrong.check().err().map(|(key, _)| key), Some("risk_sensitivity"), "only for plan = \"risk\"");
+//! assert_eq!(wrong.check().err().map(|unfit| unfit.key()), Some("risk_sensitivity"), "only for plan = \"risk\"");
 //! ```
 
 mod design;

@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use supple_model::document::Unfit;
 use supple_text::digits;
 
 use supple_lqg::Regularisation;
@@ -215,47 +216,51 @@ impl PlanSettings {
     }
 
     /// What is wrong with the settings: the key, and what is valid.
-    pub fn check(&self) -> Result<(), (&'static str, String)> {
+    pub fn check(&self) -> Result<(), Unfit> {
         if self.max_iterations == 0 {
-            return Err(("max_iterations", "must be at least 1; found 0".into()));
+            return Err(Unfit::new("max_iterations", "must be at least 1; found 0"));
         }
         if let Some(limit) = self.time_limit.filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
-            return Err((
+            return Err(Unfit::new(
                 "time_limit",
                 format!("must be above 0 s and finite; leave it out for no limit; found {}", digits(limit)),
             ));
         }
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(("tolerance", format!("must be between 0 and 1; found {}", digits(self.tolerance))));
+            return Err(Unfit::new("tolerance", format!("must be between 0 and 1; found {}", digits(self.tolerance))));
         }
         if !(self.sufficient_decrease > 0.0 && self.sufficient_decrease < 1.0) {
-            return Err((
+            return Err(Unfit::new(
                 "sufficient_decrease",
                 format!("must be between 0 and 1; found {}", digits(self.sufficient_decrease)),
             ));
         }
         if !self.risk_sensitivity.is_finite() {
-            return Err(("risk_sensitivity", format!("must be finite; found {}", self.risk_sensitivity)));
+            return Err(Unfit::new("risk_sensitivity", format!("must be finite; found {}", self.risk_sensitivity)));
         }
         if self.risk_sensitivity != 0.0 && self.plan != PlanMode::Risk {
             let message = format!("is only valid with plan = \"risk\"; the plan is \"{}\"", self.plan.name());
-            return Err(("risk_sensitivity", message));
+            return Err(Unfit::new("risk_sensitivity", message));
         }
         if self.belief.starts == 0 {
-            return Err(("belief", "starts must be at least 1; found 0".into()));
+            return Err(Unfit::new("starts", "must be at least 1; found 0").below("belief"));
         }
         if !(self.belief.spread > 0.0 && self.belief.spread.is_finite()) {
-            return Err(("belief", format!("spread must be above 0; found {}", digits(self.belief.spread))));
+            return Err(
+                Unfit::new("spread", format!("must be above 0; found {}", digits(self.belief.spread))).below("belief")
+            );
         }
         let SampledSettings { iterations, averaging, tolerance, .. } = self.sampled;
         if iterations == 0 {
-            return Err(("sampled", "iterations must be at least 1; found 0".into()));
+            return Err(Unfit::new("iterations", "must be at least 1; found 0").below("sampled"));
         }
         if !(averaging > 0.0 && averaging <= 1.0) {
-            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {}", digits(averaging))));
+            return Err(Unfit::new("averaging", format!("must be above 0 and at most 1; found {}", digits(averaging)))
+                .below("sampled"));
         }
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(("sampled", format!("tolerance must be between 0 and 1; found {}", digits(tolerance))));
+            return Err(Unfit::new("tolerance", format!("must be between 0 and 1; found {}", digits(tolerance)))
+                .below("sampled"));
         }
         Ok(())
     }

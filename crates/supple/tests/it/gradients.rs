@@ -4,7 +4,7 @@ use crate::common::reference;
 
 use crate::common::reference::differences::{FUNCTIONALS, gradients, total_gradient_errors};
 use crate::common::reference::finger::{self, design, parameter, scales};
-use crate::common::reference::{cases, evaluated, relative_error, ring};
+use crate::common::reference::{cases, evaluated, parameters, relative_error, ring};
 use proptest::prelude::*;
 use supple::gradient::{FrozenGradient, Functional};
 use supple::lqg::Noise;
@@ -17,7 +17,7 @@ use supple::{Scratch, Task};
 /// A random task of few steps with its design, planned.
 fn planned(phi: &[f64], steps: usize) -> Result<(Task, TaskState), TestCaseError> {
     let task = finger::task(steps);
-    task.check_shapes().unwrap();
+    task.check(&parameters(phi)).unwrap();
     let mut state = TaskState::new(&task);
     state.evaluate(&task, phi, &PlanSettings::default(), None).unwrap();
     prop_assert_eq!(state.plan.status, PlanStatus::Converged);

@@ -230,3 +230,25 @@ fn a_design_within_a_limit_of_speed_meets_limit_and_bound() {
     let rest = problem.evaluate(&phi, &EvaluateOptions::default()).unwrap();
     assert!(at.objective.information_bits < rest.objective.information_bits);
 }
+
+/// They are bounds, which the control law keeps too; their price is that of any limit.
+#[test]
+fn limits_of_controls_bound_the_law() {
+    let greatest = |state: &TaskState| state.plan.trajectory.controls.as_slice().iter().copied().fold(0.0, f64::max);
+    let most = 0.9 * greatest(&plan_of(&shipped("two_mass.toml")));
+    let with = |upper: f64| shipped_with("two_mass.toml", &kept(&format!("kind = \"control\"\nupper = {upper:?}")));
+    let problem = with(most);
+    assert!(problem.tasks[0].control_bounds.is_some() && problem.tasks[0].system.constraints().is_none());
+    let state = plan_of(&problem);
+    assert_eq!((state.plan.status, greatest(&state)), (PlanStatus::Converged, most));
+    let held = (0..problem.tasks[0].steps).find(|&t| state.plan.policy.clamped[t]).unwrap();
+    assert!(state.plan.policy.feedback.at(held).iter().all(|gain| *gain == 0.0));
+    let at = evaluated(&problem);
+    let [reached] = &at.limits_reached[..] else { panic!("{:?}", at.limits_reached) };
+    assert_eq!((reached.limit, reached.upper, reached.step), (most, true, held));
+    assert!(at.limits_violated.is_empty());
+    let cost = |upper: f64| plan_of(&with(upper)).plan.nominal_cost;
+    let slope = |step: f64| (cost(most - step) - cost(most + step)) / (2.0 * step);
+    let slope = (4.0 * slope(5e-4) - slope(1e-3)) / 3.0;
+    assert!((reached.price / slope - 1.0).abs() < 1e-5, "price {}, slope {slope}", reached.price);
+}

@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use supple::check::check;
 use supple::noise::{Covariance, NoiseModel};
+use supple::parameters::{Parameter, Parameters};
 use supple::pipeline::TaskState;
 use supple::system::{Arrays, Sequence, System};
 use supple::{EvaluateOptions, Matrices, Problem, Task, Value};
@@ -231,8 +232,9 @@ fn closed_loop_costs_what_is_predicted() {
 fn a_part_of_the_steps_is_not_a_task() {
     let system = TimeVarying::random((3, 1, 1, 8), 150);
     let task = system.task();
-    let message = |task: Task| task.check_shapes().unwrap_err().to_string();
-    assert_eq!(message(Task { steps: 7, ..task.clone() }), "the list of steps of task `test` has length 7, not 8");
+    let message = |task: Task| task.check(&Parameters::default()).unwrap_err().to_string();
+    let shorter = Task { steps: 7, ..task.clone() };
+    assert_eq!(message(shorter), "steps: must be 8, as many as the system has; found 7");
     let list = |count: usize, order: usize| Covariance::Sequence(repeated(&DMatrix::identity(order, order), count));
     let with = |process: Covariance, measurement: Covariance| {
         message(Task {
@@ -240,21 +242,24 @@ fn a_part_of_the_steps_is_not_a_task() {
             ..task.clone()
         })
     };
-    let expected = "the list of process covariances of task `test` has length 9, not 8";
-    assert_eq!(with(list(9, 3), list(9, 1)), expected);
-    let expected = "the list of measurement covariances of task `test` has length 8, not 9";
-    assert_eq!(with(list(8, 3), list(8, 1)), expected);
-    assert_eq!(with(list(8, 2), list(9, 1)), "the process covariance of task `test` has length 2, not 3");
+    assert_eq!(with(list(9, 3), list(9, 1)), "noise.process: must be 8 matrices of 3 x 3; found 9 of 3 x 3");
+    assert_eq!(with(list(8, 3), list(8, 1)), "noise.measurement: must be 9 matrices of 1 x 1; found 8 of 1 x 1");
+    assert_eq!(with(list(8, 2), list(9, 1)), "noise.process: must be 8 matrices of 3 x 3; found 8 of 2 x 2");
     let uneven = |i: usize, j: usize| Value::Number(if i == j { 1.0 } else { 0.25 * i as f64 });
     let uneven = Covariance::Full((0..3).map(|i| (0..3).map(|j| uneven(i, j)).collect()).collect());
-    let expected =
-        "the process covariance of task `test` must be symmetric up to rounding: [1][0] is 0.25, and [0][1] is 0";
+    let expected = "noise.process[1][0]: must be symmetric up to rounding: [1][0] is 0.25, and [0][1] is 0";
     assert_eq!(with(uneven, list(9, 1)), expected);
+    let mut indefinite = repeated(&DMatrix::identity(3, 3), 8);
+    [(0, 2), (2, 0)].into_iter().for_each(|(i, j)| indefinite.set(5, i, j, 2.0));
+    let expected = "noise.process[5]: must be positive semidefinite; its leading 3 x 3 block is not";
+    assert_eq!(with(Covariance::Sequence(indefinite), list(9, 1)), expected);
     let initial = NoiseModel { initial: list(8, 3), process: list(8, 3), measurement: list(9, 1), varying: Vec::new() };
-    assert_eq!(
-        message(Task { noise: initial, ..task }),
-        "the list of initial covariances of task `test` has length 8, not 1"
-    );
+    let expected = "noise.initial: must be 1 matrices of 3 x 3; found 8 of 3 x 3";
+    assert_eq!(message(Task { noise: initial, ..task.clone() }), expected);
+    let elsewhere = Parameters::default().declare(Parameter::new("p", 1.0, [0.0, 2.0])).into();
+    let expected = "initial_state[1]: uses a parameter that the problem does not have";
+    assert_eq!(message(task.clone().starting_at([Value::Number(0.0), elsewhere, Value::Number(0.0)])), expected);
+    assert_eq!(message(task.starting_at([0.0])), "initial_state: must have 3 numbers, one for each state; found 1");
 }
 
 #[test]

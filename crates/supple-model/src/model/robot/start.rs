@@ -38,7 +38,7 @@ impl Robot {
             x[positions..positions + dofs].copy_from_slice(&key.v(&self.bodies.tree));
         }
         if let Some(pose) = start.pose {
-            let q = self.positions_at(pose, &x[..dofs], start)?;
+            let q = self.positions_at(pose, &x[..dofs], start).map_err(|unfit| unfit.below("pose"))?;
             x[..dofs].copy_from_slice(&q);
         }
         Ok(x)
@@ -111,7 +111,7 @@ impl Robot {
             Some(_) => "move the pose closer, or omit `rpy` if the orientation is free".into(),
             None => "move the position nearer to the robot".into(),
         });
-        Unfit::new("", message).with_help(help)
+        Unfit::here(message).with_help(help)
     }
 
     /// Pairs of states, of a motor and of its joint: the motor's defaults to the joint's if the task does not set

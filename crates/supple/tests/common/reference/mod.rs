@@ -9,6 +9,7 @@ use proptest::test_runner::{Config, RngSeed};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 use supple::noise::{Covariance, NoiseModel};
+use supple::parameters::{Parameter, Parameters};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::system::System;
@@ -44,13 +45,21 @@ pub fn task(
 
 /// Plans a task from its own guess; the plan must converge.
 pub fn evaluated(task: &Task, phi: &[f64]) -> TaskState {
-    task.check_shapes().unwrap();
+    task.check(&parameters(phi)).unwrap();
     let mut state = TaskState::new(task);
     state.evaluate(task, phi, &PlanSettings::default(), None).unwrap();
     let plan = &state.plan;
     let ended = (plan.iterations, plan.stationarity, plan.objective, plan.steepest);
     assert!(plan.status.is_converged(), "{}: {ended:?}", plan.status);
     state
+}
+
+/// Parameters with these initial values.
+pub fn parameters(phi: &[f64]) -> Parameters {
+    let one = |(i, &value): (usize, &f64)| {
+        Parameter::new(format!("p{i}"), value, [value - 0.5 * value.abs(), value + value.abs()])
+    };
+    Parameters::new(phi.iter().enumerate().map(one).collect())
 }
 
 pub fn numbers(list: &[f64]) -> Vec<Value> {

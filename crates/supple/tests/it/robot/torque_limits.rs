@@ -61,7 +61,7 @@ fn stop() -> Task {
         varying: Vec::new(),
     };
     let system = Authored::new(Mass, costs, Value::Number(TIME_STEP), 0);
-    let control_bounds = bounds_of(&system.limits(), 1);
+    let control_bounds = bounds_of(&system.limits(), &[], 1);
     Task { control_bounds, ..task(system, STEPS, numbers(&START), &[0.0], noise) }
 }
 

@@ -95,8 +95,8 @@ impl Build<'_> {
         self.document.error(&at, message)
     }
 
-    fn unfit(&self, keys: &[Place], Unfit { key, message, help }: Unfit) -> FileError {
-        let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
+    fn unfit(&self, keys: &[Place], Unfit { place, message, help }: Unfit) -> FileError {
+        let keys: Vec<Place> = keys.iter().copied().chain(place).collect();
         FileError { help, ..self.error(&keys, message) }
     }
 

@@ -1,7 +1,7 @@
 //! The keys that specify noise in tables.
 
-use super::Reader;
 use crate::Value;
+use crate::document::Reader;
 use crate::parameters::Parameters;
 
 /// Key of a standard deviation, which may be given instead of a variance.
@@ -15,7 +15,8 @@ pub const DEVIATION: &str = "deviation";
 /// If both are given; the message advises what to remove.
 ///
 /// ```
-/// use supple_model::document::{Content, DEVIATION, Reader, Spanned, Table, with_noise_key};
+/// use supple_model::document::{Content, Reader, Spanned, Table};
+/// use supple_model::noise::{DEVIATION, with_noise_key};
 ///
 /// // `deviation = 0.1`
 /// let (key, value) = (Spanned::new(0..9, DEVIATION.into()), Spanned::new(12..15, Content::Decimal("0.1".into())));
@@ -39,7 +40,7 @@ pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>
 ///
 /// ```
 /// use supple_model::Value;
-/// use supple_model::document::{DEVIATION, variances};
+/// use supple_model::noise::{DEVIATION, variances};
 /// use supple_model::parameters::Parameters;
 ///
 /// let found = variances(DEVIATION, vec![Value::Number(0.5)], &Parameters::default());
@@ -53,4 +54,35 @@ pub fn variances(key: &str, given: Vec<Value>, parameters: &Parameters) -> Resul
         None => Ok(value),
     };
     given.into_iter().map(one).collect()
+}
+
+/// Allows a standard deviation instead of the variance in a table.
+///
+/// ```
+/// use schemars::json_schema;
+/// use supple_model::document::plain;
+/// use supple_model::noise::with_deviation;
+///
+/// let sensor = json_schema!({ "properties": { "variance": { "type": "number" } }, "required": ["variance"] });
+/// let schemas = plain(vec![("state", with_deviation(sensor))]);
+/// assert_eq!(schemas[0].1["properties"]["deviation"]["type"], "number");
+/// ```
+#[cfg(feature = "schema")]
+#[must_use]
+pub fn with_deviation(mut schema: schemars::Schema) -> schemars::Schema {
+    let object = schema.ensure_object();
+    if let Some(properties) = object.get_mut("properties").and_then(serde_json::Value::as_object_mut)
+        && let Some(mut deviation) = properties.get("variance").cloned()
+    {
+        deviation["description"] = serde_json::json!(
+            "Standard deviation of the noise, in the unit of the measured quantity; replaces `variance`"
+        );
+        properties.insert(DEVIATION.to_owned(), deviation);
+        if let Some(required) = object.get_mut("required").and_then(serde_json::Value::as_array_mut) {
+            required.retain(|key| key != "variance");
+        }
+        object
+            .insert("oneOf".to_owned(), serde_json::json!([{ "required": ["variance"] }, { "required": [DEVIATION] }]));
+    }
+    schema
 }

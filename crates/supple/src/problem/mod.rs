@@ -1,15 +1,15 @@
+mod check;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{ControlBounds, Dimensions};
-use supple_model::noise::{Covariance, NoiseModel, VaryingVariance};
+use supple_model::noise::NoiseModel;
 use supple_model::parameters::Parameters;
 use supple_model::system::{RollOut, System, holding_controls};
-use supple_model::value::symmetrise;
 use supple_model::{Trajectory, Value};
-use supple_text::digits;
 
 use crate::Error;
 use crate::settings::{DesignSettings, MOST_ROLLOUTS, PlanSettings, ROLLOUTS};
@@ -61,56 +61,6 @@ const MOST_ENTRIES: usize = 40_000_000;
 #[must_use]
 pub fn most_steps(size: Dimensions) -> usize {
     MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2).max(1)).max(1)
-}
-
-/// The numbers of a task that do not concern the parts of its system.
-///
-/// ```
-/// use supple::parameters::Parameters;
-/// use supple::{Dimensions, TaskNumbers};
-///
-/// let size = Dimensions { states: 2, controls: 1, measurements: 1 };
-/// let numbers = TaskNumbers { steps: 0, time_step: 0.1.into(), bound: None, information_weight: 1.0 };
-/// let wrong = numbers.check(size, &Parameters::default());
-/// assert_eq!(wrong.err().map(|(key, _)| key), Some("steps"));
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct TaskNumbers {
-    /// How many steps it lasts, N.
-    pub steps: usize,
-    /// Time step, s.
-    pub time_step: Value,
-    /// The limit of its expected cost, D; `None` if there is none.
-    pub bound: Option<Value>,
-    /// Weight of its information in the objective.
-    pub information_weight: f64,
-}
-
-impl TaskNumbers {
-    /// Checks them for a system of these sizes, within the bounds of the parameters.
-    ///
-    /// # Errors
-    /// The key that is wrong, and what is valid.
-    pub fn check(&self, size: Dimensions, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        let most = most_steps(size);
-        if !(1..=most).contains(&self.steps) {
-            let message = format!("must be from 1 to {most} with {} states; found {}", size.states, self.steps);
-            return Err(("steps", message));
-        }
-        if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
-            let message = format!("must be a number of at least 0; found {}", digits(self.information_weight));
-            return Err(("information_weight", message));
-        }
-        if let Some(least) = parameters.least(self.time_step).filter(|&least| least <= 0.0) {
-            return Err(("time_step", format!("must be above 0; {}", self.time_step.found(least))));
-        }
-        if let Some(bound) = self.bound
-            && let Some(least) = parameters.least(bound).filter(|&least| least < 0.0)
-        {
-            return Err(("bound", format!("must be at least 0, as every expected cost is; {}", bound.found(least))));
-        }
-        Ok(())
-    }
 }
 
 /// Checks the requested number of roll-outs.
@@ -202,18 +152,18 @@ impl Problem {
         Self { design, ..self }
     }
 
-    /// Checks that a design has one number per parameter, and that no task exceeds the maximum number of steps.
+    /// Checks that a design has one number per parameter, and [every task](Task::check).
     ///
     /// # Errors
-    /// If either check fails.
+    /// What is wrong.
     pub fn check_design(&self, phi: &[f64]) -> Result<(), Error> {
         let (found, expected) = (phi.len(), self.parameters.len());
         if found != expected {
             return Err(Error::shape("the list of parameters".to_owned(), found, expected));
         }
         for task in &self.tasks {
-            let what = format!("steps of the task `{}`", task.name);
-            check_count(what, task.steps, most_steps(task.system.dimensions()))?;
+            let in_task = |unfit| Error::InTask { task: task.name.clone(), error: Box::new(Error::Unfit(unfit)) };
+            task.check(&self.parameters).map_err(in_task)?;
         }
         Ok(())
     }
@@ -457,63 +407,5 @@ impl Task {
             Some(step) => Err(Error::not_finite("the state of a simulation", step)),
             None => Ok(motion),
         }
-    }
-
-    /// Checks that everything has the lengths that the system requires, and that covariances are symmetric.
-    ///
-    /// # Errors
-    /// The first thing of a wrong length, or the first covariance that is not symmetric by more than rounding.
-    pub fn check_shapes(&self) -> Result<(), Error> {
-        let size = self.system.dimensions();
-        let check = |what: &str, found: usize, expected: usize| {
-            let what = format!("{what} of task `{}`", self.name);
-            if found == expected { Ok(()) } else { Err(Error::shape(what, found, expected)) }
-        };
-        check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
-        check("initial_state", self.initial_state.len(), size.states)?;
-        let NoiseModel { initial, process, measurement, varying } = &self.noise;
-        let covariances = [
-            ("initial", initial, size.states, 1),
-            ("process", process, size.states, self.steps),
-            ("measurement", measurement, size.measurements, self.steps + 1),
-        ];
-        for (name, covariance, order, count) in covariances {
-            check(&format!("the {name} covariance"), covariance.order(), order)?;
-            match covariance {
-                Covariance::Diagonal(_) => {}
-                Covariance::Full(rows) => {
-                    let what = format!("a row of the {name} covariance");
-                    rows.iter().try_for_each(|row| check(&what, row.len(), order))?;
-                    symmetrise(&mut rows.clone()).map_err(|found| Error::NotSymmetric {
-                        what: format!("the {name} covariance of task `{}`", self.name),
-                        found: found.message(&[]),
-                    })?;
-                }
-                Covariance::Sequence(matrices) => {
-                    check(&format!("a row of the {name} covariance"), matrices.cols(), order)?;
-                    check(&format!("the list of {name} covariances"), matrices.count(), count)?;
-                }
-            }
-        }
-        for &VaryingVariance { measurement, state, .. } in varying {
-            let places = [
-                ("measurement", "measurements", measurement, size.measurements),
-                ("state", "states", state, size.states),
-            ];
-            if let Some((key, what, place, count)) = places.into_iter().find(|(_, _, place, count)| place >= count) {
-                let what = format!(
-                    "noise.varying of task `{}`: {key} {place} is out of range; there are {count} {what}",
-                    self.name
-                );
-                return Err(Error::NoSuchPlace { what });
-            }
-        }
-        if let Some(bounds) = &self.control_bounds {
-            check("the bounds of the controls", bounds.lower().len(), size.controls)?;
-        }
-        if self.initial_control.len() > 1 {
-            check("initial_control", self.initial_control.len(), self.steps)?;
-        }
-        self.initial_control.iter().try_for_each(|row| check("a row of initial_control", row.len(), size.controls))
     }
 }
