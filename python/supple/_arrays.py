@@ -200,11 +200,11 @@ def _even(found: Array) -> Array:
 
 def _check_symmetric(name: str, found: Array) -> None:
     mirror = np.swapaxes(found, -1, -2)
-    bad = np.argwhere(np.abs(found - mirror) > ROUNDING * np.abs(found).max(initial=0.0))
+    bad = np.argwhere(np.tril(np.abs(found - mirror)) > ROUNDING * np.abs(found).max(initial=0.0))
     if bad.size:
         here = tuple(int(index) for index in bad[0])
         there = (*here[:-2], here[-1], here[-2])
+        place = "".join(f"[{index}]" for index in here)
         raise UsageError(
-            f"{name}{list(here)} = {found[here]:.6g} differs from {name}{list(there)} = {found[there]:.6g}: it must be "
-            "symmetric"
+            f"{name}{place}: must be symmetric; found {found[here]:.6g}, and {found[there]:.6g} across the diagonal"
         )
