@@ -264,7 +264,9 @@ def test_rounding_does_not_make_a_covariance_wrong() -> None:
         found, expected = (report(made(**{**wide, name: given})) for given in (off, exact))
         assert found.cost.expected == pytest.approx(expected.cost.expected, rel=1e-12), name
         assert found.information.total_nats == pytest.approx(expected.information.total_nats, rel=1e-12), name
-        with pytest.raises(supple.UsageError, match=rf"{name}\[1\]\[0\]: must be symmetric; found .* across the diagonal"):
+        with pytest.raises(
+            supple.UsageError, match=rf"{name}\[1\]\[0\]: must be symmetric; found .* across the diagonal"
+        ):
             made(**{**wide, name: exact + np.triu(np.full((2, 2), 1e-9), 1)})
     thin = np.array([[1.0], [1.0 / 3.0]])
     assert report(made(W=thin @ thin.T)).information.total_nats > 0

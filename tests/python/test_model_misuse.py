@@ -102,7 +102,10 @@ def test_functions_for_neither_say_why() -> None:
         ({"initial_state": [0.0]}, "initial_state has 1 numbers: 4 are needed"),
         ({"initial_state": [0.0, 0.0, 0.0, "stifness"]}, "initial_state: no parameter `stifness`"),
         ({"initial_control": [0.0, 1.0]}, r"initial_control has rows of \[2\] numbers: 1 are needed"),
-        ({"initial_control": [[0.0]] * 7}, "initial_control: must be one row of 1 numbers, or 60 such rows; found 7 rows"),
+        (
+            {"initial_control": [[0.0]] * 7},
+            "initial_control: must be one row of 1 numbers, or 60 such rows; found 7 rows",
+        ),
         ({"initial_control": [float("nan")]}, "initial_control: nan is not finite"),
         ({"steps": 0}, "steps=0: a whole number of at least 1"),
         (
@@ -131,7 +134,9 @@ def test_covariances_may_differ_from_their_transposes_by_rounding() -> None:
     V = np.array([[1.0, 0.3], [np.nextafter(0.3, 1.0), 2.0]])
     assert cart_pole("numpy", noise=supple.Noise([1.0] * 4, [1.0] * 4, V)).evaluate(rollouts=0).feasible is not None
     V[1, 0] += 1e-9
-    with pytest.raises(supple.UsageError, match=r"measurement\[1\]\[0\]: must be symmetric up to rounding: \[1\]\[0\] is 0.3"):
+    with pytest.raises(
+        supple.UsageError, match=r"measurement\[1\]\[0\]: must be symmetric up to rounding: \[1\]\[0\] is 0.3"
+    ):
         cart_pole("numpy", noise=supple.Noise([1.0] * 4, [1.0] * 4, V))
 
 
