@@ -9,12 +9,13 @@ use std::hint::black_box;
 
 use supple::gradient::Functional;
 use supple::lqg::{
-    Belief, Information, Policy, Regularisation, control_information, information, kalman, solve_riccati,
+    Belief, BeliefAdjoint, BeliefSeeds, Information, KnotAdjoints, Noise, Policy, Regularisation, RiccatiAdjoint,
+    RiccatiSeeds, control_information, information, kalman, reverse_kalman, reverse_riccati, solve_riccati,
 };
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
-use supple::system::{Curvature, RollOut};
-use supple::{EvaluateOptions, Linearise, Scratch};
+use supple::system::{Adjoints, Curvature, RollOut, Variation};
+use supple::{EvaluateOptions, Linearise, Matrices, Scratch, Task};
 
 #[path = "../../supple-lqg/benches/common/timing.rs"]
 mod timing;
@@ -29,6 +30,48 @@ fn time(name: &str, seconds: f64, work: impl FnMut()) {
     let times = times(seconds, work);
     let [least, median] = [times[0], times[times.len() / 2]].map(|time| 1e3 * time);
     println!("{{\"name\": \"{name}\", \"least_ms\": {least}, \"median_ms\": {median}, \"runs\": {}}}", times.len());
+}
+
+/// Times the parts of a total gradient.
+fn time_sweeps(task: &Task, phi: &[f64], state: &TaskState, seconds: f64) {
+    let TaskState { plan, belief, noise, .. } = state;
+    let (system, size, at) = (&*task.system, task.system.dimensions(), plan.trajectory.points());
+    let mut hessian = plan.knots.cost.clone();
+    let mut scratch = Scratch::new();
+    time("dynamics_curvature", seconds, || {
+        system.add_dynamics_curvature(at, phi, black_box(&plan.costates), &mut hessian, &mut scratch);
+    });
+    let mut adjoints = KnotAdjoints::zeros(size, task.steps);
+    let mut by_noise = Noise::zeros(size.states, size.measurements);
+    let mut work = BeliefAdjoint::new(size.states, size.measurements);
+    let weights = Some((&plan.policy.value_of_information, 1.0));
+    let seeds = BeliefSeeds { information: 1.0, weights, covariances: None };
+    time("reverse_kalman", seconds, || {
+        let knots = black_box(&plan.knots);
+        reverse_kalman(knots, noise, belief, seeds, &mut work, &mut adjoints, &mut by_noise);
+    });
+    let mut out = vec![0.0; phi.len()];
+    let mut contract = |name: &str, adjoints: &KnotAdjoints| {
+        time(name, seconds, || {
+            let adjoints = Adjoints { knots: black_box(adjoints), curvature: plan.curvature };
+            system.contract(at, phi, adjoints, &mut hessian, &mut out, &mut scratch);
+        });
+    };
+    contract("contract_information", &adjoints);
+    let seeds = RiccatiSeeds { belief: 1.0, process: 1.0, initial: 1.0, partials: None };
+    let mut riccati = RiccatiAdjoint::new(size.states, size.joint());
+    time("reverse_riccati", seconds, || {
+        reverse_riccati(black_box(&plan.knots), &plan.policy, belief, noise, seeds, &mut riccati, &mut adjoints);
+    });
+    contract("contract_cost", &adjoints);
+    let (joint, costates) = (Matrices::vectors(task.steps + 1, size.joint()), plan.costates.clone());
+    for (name, variation) in
+        [("parameters", None), ("parameters_along", Some(Variation { joint: &joint, costates: &costates }))]
+    {
+        time(name, seconds, || {
+            system.add_parameter_gradient(at, phi, black_box(&plan.costates), variation, &mut out, &mut scratch);
+        });
+    }
 }
 
 fn main() {
@@ -94,5 +137,12 @@ fn main() {
             state.assess(task, &phi).unwrap();
             state.total_gradient(task, &phi, Functional::INFORMATION, &mut gradient).unwrap();
         });
+        // What a search needs of a design: the gradients of the information and of the expected cost.
+        time("design_gradients", seconds, || {
+            state.assess(task, &phi).unwrap();
+            state.total_gradient(task, &phi, Functional::INFORMATION, &mut gradient).unwrap();
+            state.cost_gradient(task, &phi, &mut gradient).unwrap();
+        });
+        time_sweeps(task, &phi, &state, seconds);
     }
 }
