@@ -38,6 +38,7 @@ impl Outcome {
 }
 
 /// Runs the program with the arguments of the process.
+#[must_use]
 pub fn run() -> ExitCode {
     match conduct(Arguments::of_process()) {
         Ok(Outcome::Success) => ExitCode::SUCCESS,

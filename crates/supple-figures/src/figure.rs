@@ -53,6 +53,7 @@ pub struct Figure {
 
 impl Figure {
     /// The entries of its legend, in the order in which they first appear.
+    #[must_use]
     pub fn entries(&self) -> Vec<&str> {
         let mut entries: Vec<&str> = Vec::new();
         for label in self.panels.iter().flat_map(|panel| &panel.series).filter_map(|series| series.label.as_deref()) {
@@ -317,6 +318,7 @@ impl Colour {
     const SET: [Self; 6] = [Self::Blue, Self::Vermilion, Self::Green, Self::Purple, Self::Orange, Self::Sky];
 
     /// As in SVG.
+    #[must_use]
     pub fn hex(self) -> &'static str {
         match self {
             Self::Black => "#000000",

@@ -35,6 +35,7 @@ pub enum Format {
 
 impl Format {
     /// How names of such files end.
+    #[must_use]
     pub fn extension(self) -> &'static str {
         match self {
             Self::Svg => "svg",
@@ -57,6 +58,7 @@ pub enum Width {
 
 impl Width {
     /// In millimetres.
+    #[must_use]
     pub fn millimetres(self) -> f64 {
         match self {
             Self::Column => 88.0,

@@ -23,6 +23,7 @@ impl Level {
     pub const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
 
     /// Whether this machine has the level's instructions.
+    #[must_use]
     pub fn is_available(self) -> bool {
         match self {
             Self::Baseline => true,

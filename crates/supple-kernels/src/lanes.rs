@@ -36,6 +36,7 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     fn apart<J: Job>(job: J) -> J::Output;
 
     /// `term - self * factor`, rounded once where the machine can.
+    #[must_use]
     fn neg_mul_add(self, factor: Self, term: Self) -> Self;
 
     /// Loads the first eight numbers at `from`.
@@ -54,6 +55,7 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     ///
     /// All lanes must be finite.
     #[inline(always)]
+    #[must_use]
     fn first(self, count: usize) -> Self {
         let place = LANES - count.min(LANES);
         // SAFETY: eight numbers follow each of the first nine.
@@ -62,6 +64,7 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
 
     /// The first `count` lanes of these, and the others of `rest`. All must be finite.
     #[inline(always)]
+    #[must_use]
     fn followed_by(self, rest: Self, count: usize) -> Self {
         self.first(count) + (rest - rest.first(count))
     }

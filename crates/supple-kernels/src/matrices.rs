@@ -59,27 +59,32 @@ impl Matrices {
     }
 
     /// How many matrices there are; 1 where they are constant.
+    #[must_use]
     pub fn count(&self) -> usize {
         self.count
     }
 
     /// Whether one matrix stands at every index.
+    #[must_use]
     pub fn is_constant(&self) -> bool {
         self.constant
     }
 
     /// Rows of each.
+    #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
     /// Columns of each, without the padding.
+    #[must_use]
     pub fn cols(&self) -> usize {
         self.cols
     }
 
     /// The number of entries from one row to the next, padding included.
     #[inline(always)]
+    #[must_use]
     pub fn stride(&self) -> usize {
         self.stride
     }
@@ -91,6 +96,7 @@ impl Matrices {
 
     /// All numbers, padding included.
     #[inline(always)]
+    #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         // SAFETY: `Line` is `repr(C)` around `[f64; LANES]`, with size 64 and no padding.
         unsafe { std::slice::from_raw_parts(self.data.as_ptr().cast(), self.data.len() * LANES) }
@@ -105,6 +111,7 @@ impl Matrices {
 
     /// Matrix `index` as padded rows.
     #[inline(always)]
+    #[must_use]
     pub fn at(&self, index: usize) -> &[f64] {
         let start = self.start(index);
         &self.as_slice()[start..start + self.rows * self.stride]
@@ -143,6 +150,7 @@ impl Matrices {
 
     /// The first row of matrix `index` without padding: the vector, in a sequence of vectors.
     #[inline(always)]
+    #[must_use]
     pub fn vector(&self, index: usize) -> &[f64] {
         &self.at(index)[..self.cols]
     }
@@ -155,6 +163,7 @@ impl Matrices {
     }
 
     /// All vectors of a sequence of vectors, without padding.
+    #[must_use]
     pub fn to_rows(&self) -> Vec<Vec<f64>> {
         (0..self.count()).map(|index| self.vector(index).to_vec()).collect()
     }

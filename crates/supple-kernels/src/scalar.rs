@@ -27,36 +27,46 @@ pub trait Scalar:
     fn constant(value: f64) -> Self;
 
     /// `self * factor + term`, rounded once where the machine can.
+    #[must_use]
     fn mul_add(self, factor: Self, term: Self) -> Self;
 
     /// `1 / self`.
+    #[must_use]
     fn recip(self) -> Self;
 
     /// Square root. Its derivative at 0 is infinite.
+    #[must_use]
     fn sqrt(self) -> Self;
 
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
 
     /// `e` to the power of `self`.
+    #[must_use]
     fn exp(self) -> Self;
 
     /// Natural logarithm.
+    #[must_use]
     fn ln(self) -> Self;
 
     /// Hyperbolic tangent.
+    #[must_use]
     fn tanh(self) -> Self;
 
     /// `e` to the power of `self`, minus 1: accurate to rounding near 0, too.
+    #[must_use]
     fn exp_m1(self) -> Self;
 
     /// Natural logarithm of `1 + self`: accurate to rounding near 0, too.
+    #[must_use]
     fn ln_1p(self) -> Self;
 
     /// The angle of the point (`x`, `self`), radians in [-pi, pi]. It has no derivative at the origin.
+    #[must_use]
     fn atan2(self, x: Self) -> Self;
 
     /// `positive` where `self > 0`, else `otherwise`.
+    #[must_use]
     fn select(self, positive: Self, otherwise: Self) -> Self;
 
     /// Applies `body` to `start` repeatedly, until the number that it returns beside the next variables is no
@@ -74,36 +84,42 @@ pub trait Scalar:
 
     /// Zero.
     #[inline(always)]
+    #[must_use]
     fn zero() -> Self {
         Self::constant(0.0)
     }
 
     /// One.
     #[inline(always)]
+    #[must_use]
     fn one() -> Self {
         Self::constant(1.0)
     }
 
     /// `self * self`.
     #[inline(always)]
+    #[must_use]
     fn square(self) -> Self {
         self * self
     }
 
     /// Sine of an angle in radians.
     #[inline(always)]
+    #[must_use]
     fn sin(self) -> Self {
         self.sin_cos().0
     }
 
     /// Cosine of an angle in radians.
     #[inline(always)]
+    #[must_use]
     fn cos(self) -> Self {
         self.sin_cos().1
     }
 
     /// Absolute value; its derivative at 0 is taken as -1.
     #[inline(always)]
+    #[must_use]
     fn abs(self) -> Self {
         self.select(self, -self)
     }
@@ -113,6 +129,7 @@ pub trait Scalar:
     /// With `smoothing` a constant 0 this is `max(z, 0)` except for the undefined derivative at `z = 0`; use
     /// [`Scalar::positive_part`] there.
     #[inline(always)]
+    #[must_use]
     fn smooth_positive_part(self, smoothing: Self) -> Self {
         (self.mul_add(self, smoothing * smoothing).sqrt() + self) * 0.5
     }
@@ -122,6 +139,7 @@ pub trait Scalar:
     ///
     /// In between, with `t = 1 + self / smoothing`, it is `smoothing t^4 (t^2 - 6 t + 10) / 32`.
     #[inline(always)]
+    #[must_use]
     fn rounded_positive_part(self, smoothing: Self) -> Self {
         let t = self.place_in_rounding(smoothing);
         let bend = t.square().square() * (t * (t - 6.0) + 10.0) * (1.0 / 32.0);
@@ -130,6 +148,7 @@ pub trait Scalar:
 
     /// The derivative of [`Scalar::rounded_positive_part`]: from 0 to 1.
     #[inline(always)]
+    #[must_use]
     fn rounded_step(self, smoothing: Self) -> Self {
         let t = self.place_in_rounding(smoothing);
         t.square() * t * (t * (t * 3.0 - 15.0) + 20.0) * (1.0 / 16.0)
@@ -137,6 +156,7 @@ pub trait Scalar:
 
     /// `1 + self / smoothing`, within [0, 2].
     #[inline(always)]
+    #[must_use]
     fn place_in_rounding(self, smoothing: Self) -> Self {
         let t = (self / smoothing + 1.0).positive_part();
         -(-t + 2.0).positive_part() + 2.0
@@ -144,6 +164,7 @@ pub trait Scalar:
 
     /// `max(self, 0)`, with derivative 0 at 0.
     #[inline(always)]
+    #[must_use]
     fn positive_part(self) -> Self {
         self.select(self, Self::zero())
     }

@@ -22,12 +22,14 @@ pub struct CostParts {
 
 impl CostParts {
     /// The expected cost `J`: the sum of the parts.
+    #[must_use]
     pub fn expected(&self) -> f64 {
         self.nominal + self.belief + self.process + self.initial
     }
 
     /// The amount by which all noise together lowers the cost, if more than rounding: a sign that the cost is not
     /// convex along the plan, so that its second-order expansion is meaningless.
+    #[must_use]
     pub fn lowered(&self) -> Option<f64> {
         let noise = self.belief + self.process + self.initial;
         (noise < -1e-9 * (1.0 + self.nominal.abs())).then_some(-noise)

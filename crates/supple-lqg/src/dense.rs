@@ -8,6 +8,7 @@ use supple_kernels::math;
 pub type Dense = DMatrix<f64>;
 
 /// Matrix `index` of a sequence.
+#[must_use]
 pub fn dense(matrices: &Matrices, index: usize) -> Dense {
     Dense::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(index, i, j))
 }
@@ -20,11 +21,13 @@ pub fn store(to: &mut Matrices, index: usize, from: &Dense) {
 }
 
 /// A square matrix from padded rows.
+#[must_use]
 pub fn of_rows(rows: &[f64], n: usize, stride: usize) -> Dense {
     Dense::from_fn(n, n, |i, j| rows[i * stride + j])
 }
 
 /// A factor of `G G' + H H'`, with at most as many columns as rows.
+#[must_use]
 pub fn beside(g: Dense, h: &Dense) -> Dense {
     let (n, left) = (g.nrows(), g.ncols());
     let mut both = g.resize_horizontally(left + h.ncols(), 0.0);
@@ -33,6 +36,7 @@ pub fn beside(g: Dense, h: &Dense) -> Dense {
 }
 
 /// `(a + a') / 2`.
+#[must_use]
 pub fn symmetric(mut a: Dense) -> Dense {
     for i in 1..a.nrows() {
         for j in 0..i {
@@ -44,17 +48,20 @@ pub fn symmetric(mut a: Dense) -> Dense {
 }
 
 /// `a p a'`, symmetric.
+#[must_use]
 pub fn congruence(a: &Dense, p: &Dense) -> Dense {
     symmetric(a * p * a.transpose())
 }
 
 /// The covariance after measurements `c x` with noise `v` and any gain, in Joseph's form `(I - K C) P (I - K C)' + K V K'`.
+#[must_use]
 pub fn joseph(predicted: &Dense, c: &Dense, v: &Dense, gain: &Dense) -> Dense {
     let kept = Dense::identity(predicted.nrows(), predicted.nrows()) - gain * c;
     symmetric(&kept * predicted * kept.transpose() + gain * v * gain.transpose())
 }
 
 /// The lower Cholesky factor; `None` where `a` is not positive definite.
+#[must_use]
 pub fn cholesky(a: &Dense) -> Option<Dense> {
     let n = a.nrows();
     let mut g = Dense::zeros(n, n);
@@ -80,6 +87,7 @@ pub fn cholesky(a: &Dense) -> Option<Dense> {
 }
 
 /// `g^-1 b` for a lower triangular `g` without zeros on its diagonal.
+#[must_use]
 pub fn solve_lower(g: &Dense, mut b: Dense) -> Dense {
     let n = g.nrows();
     for mut column in b.column_iter_mut() {
@@ -95,16 +103,19 @@ pub fn solve_lower(g: &Dense, mut b: Dense) -> Dense {
 }
 
 /// `g^-1` of a lower triangular `g`.
+#[must_use]
 pub fn inverse_lower(g: &Dense) -> Dense {
     solve_lower(g, Dense::identity(g.nrows(), g.nrows()))
 }
 
 /// `log |g g'|` of a lower triangular `g`.
+#[must_use]
 pub fn log_determinant(g: &Dense) -> f64 {
     2.0 * (0..g.nrows()).map(|i| math::ln(g[(i, i)])).sum::<f64>()
 }
 
 /// The least eigenvalue of a symmetric matrix; infinite for one of order 0.
+#[must_use]
 pub fn least_eigenvalue(a: Dense) -> f64 {
     match a.nrows() {
         0 => f64::INFINITY,
@@ -115,6 +126,7 @@ pub fn least_eigenvalue(a: Dense) -> f64 {
 }
 
 /// Eigenvalues and eigenvectors of a symmetric matrix; `None` where it is not finite.
+#[must_use]
 pub fn eigen(a: Dense) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
@@ -129,6 +141,7 @@ pub fn eigen(a: Dense) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
 const EIGENVALUE_ITERATIONS: usize = 10_000;
 
 /// The eigenvalues of a square matrix; `None` where they are not found or the matrix is not finite.
+#[must_use]
 pub fn eigenvalues(a: &Dense) -> Option<Vec<Complex<f64>>> {
     if a.is_empty() {
         return Some(Vec::new());
@@ -161,6 +174,7 @@ const ORTHOGONAL: f64 = 1e-15;
 
 /// By one-sided Jacobi rotations. nalgebra's own decomposition returns wrong values and vectors for some nearly
 /// singular matrices (its issue 1172).
+#[must_use]
 pub fn svd(a: &Dense) -> Svd {
     if a.ncols() > a.nrows() {
         let Svd { u, values, v } = svd(&a.transpose());
@@ -210,6 +224,7 @@ fn turn(a: &mut Dense, (i, j): (usize, usize), (cosine, sine): (f64, f64)) {
 }
 
 /// The first `rows` rows and `cols` columns of the first matrix, as a constant sequence.
+#[must_use]
 pub fn first(matrices: &Matrices, rows: usize, cols: usize) -> Matrices {
     let mut out = Matrices::constant(rows, cols);
     store(&mut out, 0, &dense(matrices, 0).view((0, 0), (rows, cols)).into_owned());

@@ -23,6 +23,7 @@ pub struct Dimensions {
 
 impl Dimensions {
     /// Length of `z = (x, u)`.
+    #[must_use]
     pub fn joint(self) -> usize {
         self.states + self.controls
     }
@@ -127,6 +128,7 @@ impl Knots {
     }
 
     /// The number of steps: one less than the number of knots.
+    #[must_use]
     pub fn steps(&self) -> usize {
         self.dynamics.count()
     }

@@ -27,6 +27,7 @@ impl Noise {
     }
 
     /// Whether `V` is diagonal at every step, so that measurements can be taken one at a time.
+    #[must_use]
     pub fn measurements_are_independent(&self) -> bool {
         let v = &self.measurement;
         let independent = |t| (0..v.rows()).all(|i| (0..v.rows()).all(|j| i == j || v.get(t, i, j) == 0.0));

@@ -41,11 +41,13 @@ pub const NEGLIGIBLE_FORCE: f64 = 1e-6;
 impl ContactState {
     /// Whether it touches: the clearance is below one smoothing length, and the normal force exceeds
     /// [`NEGLIGIBLE_FORCE`] times `stiffness smoothing`.
+    #[must_use]
     pub fn touches(&self) -> bool {
         self.clearance < self.smoothing && self.force > NEGLIGIBLE_FORCE * self.stiffness * self.smoothing
     }
 
     /// Whether it is separated from the surface: the clearance exceeds one smoothing length.
+    #[must_use]
     pub fn is_apart(&self) -> bool {
         self.clearance > self.smoothing
     }

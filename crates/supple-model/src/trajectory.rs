@@ -24,11 +24,13 @@ impl Trajectory {
     }
 
     /// How many steps it has.
+    #[must_use]
     pub fn steps(&self) -> usize {
         self.controls.count()
     }
 
     /// All its points, end included, from step 0 on.
+    #[must_use]
     pub fn points(&self) -> Points<'_> {
         Points {
             states: &self.states,
@@ -75,6 +77,7 @@ pub struct Points<'a> {
 
 impl Points<'_> {
     /// How many states there are.
+    #[must_use]
     pub fn count(&self) -> usize {
         self.stages + usize::from(self.has_end)
     }

@@ -106,6 +106,7 @@ impl Law {
     }
 
     /// What it is called: `motor`, `position`, `velocity` or `affine`.
+    #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::Motor { .. } => "motor",
@@ -150,6 +151,7 @@ pub enum Measured {
 
 impl Measured {
     /// What it is called.
+    #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::JointPosition(_) => "joint position",

@@ -80,6 +80,7 @@ pub struct Reached {
 
 impl Reached {
     /// Whether the frame is at the goal within the precision that people type: a tenth of a millimetre and a milliradian.
+    #[must_use]
     pub fn is_there(&self) -> bool {
         let [distance, angle] = TYPED;
         self.distance < distance && self.angle < angle

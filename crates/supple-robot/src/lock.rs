@@ -10,6 +10,7 @@ const ROUNDING: f64 = 1e-9;
 impl Limits {
     /// The default initial position of a joint: 0 if the limits allow it, else the middle of the
     /// range, or the finite limit if the other is infinite. Rad or m.
+    #[must_use]
     pub fn neutral(&self) -> f64 {
         let Self { lower, upper, .. } = *self;
         match (lower.is_finite(), upper.is_finite()) {
@@ -22,6 +23,7 @@ impl Limits {
     }
 
     /// Whether a position, rad or m, lies between the limits, but for rounding of a file's digits.
+    #[must_use]
     pub fn allow(&self, position: f64) -> bool {
         let Self { lower, upper, .. } = *self;
         position >= lower - ROUNDING * lower.abs() && position <= upper + ROUNDING * upper.abs()

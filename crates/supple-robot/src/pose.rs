@@ -145,6 +145,7 @@ impl Pose {
 
     /// The same pose over any scalar.
     #[inline(always)]
+    #[must_use]
     pub fn cast<S: Scalar>(&self) -> Pose<S> {
         let [a, b, c] = self.rotation;
         Pose { rotation: [constants(a), constants(b), constants(c)], position: constants(self.position) }

@@ -113,21 +113,25 @@ impl Tree {
     }
 
     /// Number of degrees of freedom.
+    #[must_use]
     pub fn dofs(&self) -> usize {
         self.names.len()
     }
 
     /// Names of the joints that are the degrees of freedom, in their order.
+    #[must_use]
     pub fn joints(&self) -> &[String] {
         &self.names
     }
 
     /// Indices in the robot of the joints that are the degrees of freedom, in their order.
+    #[must_use]
     pub fn joint_indices(&self) -> &[usize] {
         &self.masters
     }
 
     /// The moving bodies, each after the one that carries it.
+    #[must_use]
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -139,11 +143,13 @@ impl Tree {
     }
 
     /// Whether some joint follows another.
+    #[must_use]
     pub fn has_mimic(&self) -> bool {
         self.bodies.len() > self.names.len()
     }
 
     /// Depth of the tree: greatest number of bodies on a path to the world.
+    #[must_use]
     pub fn depth(&self) -> usize {
         (0..self.bodies.len()).map(|body| self.path(Some(body)).count()).max().unwrap_or(0)
     }

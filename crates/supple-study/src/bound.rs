@@ -237,6 +237,7 @@ impl BoundStudy {
     }
 
     /// The points of all curves.
+    #[must_use]
     pub fn table(&self) -> Table {
         let column = |name: &str, unit: &str, description: &str| Column {
             name: name.to_owned(),

@@ -120,6 +120,7 @@ impl DesignReport {
     }
 
     /// What to do where only one start found the best design, and others worse ones.
+    #[must_use]
     pub fn advice(&self) -> &'static str {
         match self.agreement() {
             (1, 1..) => " Other starts ended at worse optima; more starts (`--starts`) may find a better one.",

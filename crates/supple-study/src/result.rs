@@ -94,6 +94,7 @@ impl StudyResult {
     }
 
     /// The command that makes such results: `design`, `evaluate`...
+    #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Design(_) => "design",
@@ -109,6 +110,7 @@ impl StudyResult {
     }
 
     /// Whether it was told to stop before all of it was found; a journal may keep the parts that were.
+    #[must_use]
     pub fn is_stopped(&self) -> bool {
         match self {
             // Starts that were not begun are not in the list.
@@ -126,6 +128,7 @@ impl StudyResult {
 
     /// Whether it is less than what was asked for: stopped, not converged, above a limit, with warnings, or contradicted by
     /// roll-outs. Numbers that are not finite are for [`not_finite`](Self::not_finite) to find.
+    #[must_use]
     pub fn falls_short(&self) -> bool {
         let as_asked = match self {
             Self::Design(result) => result.status == DesignStatus::Converged && is_trusted(&result.optimum),
@@ -151,6 +154,7 @@ impl StudyResult {
     }
 
     /// All of its numbers that are not finite, but for those that say why.
+    #[must_use]
     pub fn not_finite(&self) -> Vec<NotFinite> {
         match self {
             Self::Design(result) => not_finite(result),

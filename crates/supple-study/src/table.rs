@@ -135,6 +135,7 @@ impl Table {
     }
 
     /// The table as lines of JSON, one object by row.
+    #[must_use]
     pub fn to_jsonl(&self) -> String {
         let mut text = String::new();
         for row in &self.rows {

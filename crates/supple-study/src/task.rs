@@ -188,11 +188,13 @@ impl LoadedTask {
     }
 
     /// The parameters by name.
+    #[must_use]
     pub fn parameters(&self) -> Named {
         Named::new(&self.problem.parameters, &self.phi)
     }
 
     /// Names of the tasks.
+    #[must_use]
     pub fn tasks(&self) -> Vec<String> {
         self.problem.tasks.iter().map(|task| task.name.clone()).collect()
     }

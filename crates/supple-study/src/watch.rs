@@ -86,6 +86,7 @@ impl Default for Watch<'_> {
 
 impl Watch<'_> {
     /// Whether to stop.
+    #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stop.is_requested()
     }

@@ -105,6 +105,7 @@ pub fn trimmed(text: &str) -> &str {
 }
 
 /// Advice about an angle of more than a full turn, which was probably given in degrees.
+#[must_use]
 pub fn degrees(angle: f64) -> Option<String> {
     // The margin allows for a full turn given with rounded digits.
     let is_angle = angle.is_finite() && angle.abs() > std::f64::consts::TAU + 0.01;

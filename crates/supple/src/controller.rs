@@ -179,11 +179,13 @@ impl Controller {
     }
 
     /// How many steps it runs, N.
+    #[must_use]
     pub fn steps(&self) -> usize {
         self.trajectory.steps()
     }
 
     /// A new run, before its first measurement.
+    #[must_use]
     pub fn start(&self) -> ControllerRun {
         let Dimensions { states, controls, measurements, .. } = self.dimensions;
         ControllerRun {

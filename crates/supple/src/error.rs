@@ -98,6 +98,7 @@ pub enum Error {
 
 impl Error {
     /// Whether the error lies in the request rather than in the numbers of a task.
+    #[must_use]
     pub fn is_of_request(&self) -> bool {
         if let Self::InTask { error, .. } = self {
             return error.is_of_request();

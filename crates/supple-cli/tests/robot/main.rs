@@ -17,6 +17,7 @@ pub const INERTIAL: &str =
     "<inertial><mass value='1'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.15'/></inertial>";
 
 /// A hand of two fingers on an arm of one joint; the right finger follows the left one.
+#[must_use]
 pub fn gripper() -> String {
     let link = |name: &str| format!("<link name='{name}'>{INERTIAL}</link>\n");
     let finger = |name: &str, inside: &str| {
@@ -51,6 +52,7 @@ pub fn robot(text: impl AsRef<[u8]>, arguments: &[&str]) -> Run {
 }
 
 /// What it does of a file of the repository.
+#[must_use]
 pub fn shipped(path: &str, arguments: &[&str]) -> Run {
     let path = repository(path);
     Folder::new().run(&[&["robot", path.to_str().unwrap()], arguments].concat())

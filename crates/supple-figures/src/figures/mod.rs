@@ -64,6 +64,7 @@ impl Kind {
     ];
 
     /// Its name, also that of its file.
+    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Landscape => "landscape",

@@ -253,6 +253,7 @@ impl Node {
     }
 
     /// The constant value of this node, if it is constant.
+    #[must_use]
     pub fn known(self) -> Option<f64> {
         match self.op() {
             Op::Constant(bits) => Some(f64::from_bits(bits)),
@@ -270,6 +271,7 @@ impl Node {
     }
 
     /// Whether this node is always 0.
+    #[must_use]
     pub fn is_zero(self) -> bool {
         self.known() == Some(0.0)
     }

@@ -140,11 +140,13 @@ impl Program {
     }
 
     /// How many operations one knot takes, counting repeated ones once.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.operations
     }
 
     /// Whether nothing is computed.
+    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.outputs.is_empty()
     }

@@ -85,6 +85,7 @@ impl<'a> Product<'a> {
     /// The lower triangle, where the product is symmetric. Numbers right of the diagonal, up to the next multiple of
     /// [`LANES`], are those of the product too; what is further right stays as it was.
     #[inline(always)]
+    #[must_use]
     pub fn lower(self) -> Lower<'a> {
         Lower(self)
     }

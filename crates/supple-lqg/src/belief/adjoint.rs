@@ -72,6 +72,7 @@ impl BeliefAdjoint {
 
     /// The derivatives of the last sweep with respect to all `Sigma_t`, n x n, N + 1 of them, if they were kept: what a
     /// change of the covariance at `t`, as by one more measurement, does to all that follows.
+    #[must_use]
     pub fn corrected(&self) -> Option<&Matrices> {
         self.kept.as_ref()
     }

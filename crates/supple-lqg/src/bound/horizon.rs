@@ -49,6 +49,7 @@ pub struct Stationary {
 
 impl Horizon {
     /// The number of decisions.
+    #[must_use]
     pub fn steps(&self) -> usize {
         self.prices.count()
     }

@@ -153,6 +153,7 @@ impl StationaryMinimum {
     }
 
     /// The sensor that attains the minimum.
+    #[must_use]
     pub fn virtual_sensor(&self) -> VirtualSensor {
         self.sensor.clone()
     }

@@ -34,6 +34,7 @@ impl Horizon {
     ///
     /// # Panics
     /// Where the arrays do not fit each other, see [`Horizon::check`].
+    #[must_use]
     pub fn unmeasured(&self) -> Unmeasured {
         let (n, steps) = (self.prices.rows(), self.steps());
         let zeros = || Matrices::zeros(steps, n, n);

@@ -18,11 +18,13 @@ impl ControlBounds {
     }
 
     /// The least values, m.
+    #[must_use]
     pub fn lower(&self) -> &[f64] {
         &self.lower
     }
 
     /// The greatest values, m.
+    #[must_use]
     pub fn upper(&self) -> &[f64] {
         &self.upper
     }

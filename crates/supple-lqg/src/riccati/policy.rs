@@ -80,6 +80,7 @@ impl Policy {
     }
 
     /// The same controls held, as limits for another sweep; `None` if all are free.
+    #[must_use]
     pub fn held(&self) -> Option<Limits<'_>> {
         self.clamped.contains(&true).then_some(Limits::Held(&self.clamped))
     }

@@ -63,6 +63,7 @@ impl Weights {
     }
 
     /// Whether every weight is the number 0.
+    #[must_use]
     pub fn are_zero(&self) -> bool {
         self.iter().all(|weight| weight.is_zero())
     }
@@ -152,6 +153,7 @@ impl Cost {
     }
 
     /// The name of its kind, as files write it.
+    #[must_use]
     pub fn name(&self) -> &'static str {
         match (self.quantity.as_kind::<StateAndControl>(), &self.stage) {
             (Some(_), Weights::Matrix(_)) => quadratic::NAME,
@@ -160,6 +162,7 @@ impl Cost {
     }
 
     /// The weights of a stage, or those of the final cost.
+    #[must_use]
     pub fn weights(&self, last: bool) -> &Weights {
         if last { &self.last } else { &self.stage }
     }

@@ -129,6 +129,7 @@ impl Function for Values<'_> {
 
 impl Norm {
     /// The name of its kind, as files write it.
+    #[must_use]
     pub fn name(&self) -> &'static str {
         self.0.name()
     }
@@ -147,6 +148,7 @@ impl Norm {
     }
 
     /// Whether its [curvature](Self::curvature) is never negative.
+    #[must_use]
     pub fn is_convex(&self) -> bool {
         self.0.is_convex()
     }

@@ -126,6 +126,7 @@ impl<'a> Document<'a> {
     }
 
     /// The names that its values may use.
+    #[must_use]
     pub fn names(&self) -> Option<Rc<Names>> {
         self.names.clone()
     }

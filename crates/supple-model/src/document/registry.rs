@@ -47,6 +47,7 @@ impl<R> Registry<R> {
     }
 
     /// The names of all kinds, in order.
+    #[must_use]
     pub fn names(&self) -> Vec<&'static str> {
         self.kinds.iter().map(|kind| kind.name).collect()
     }

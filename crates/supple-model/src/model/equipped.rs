@@ -60,6 +60,7 @@ impl Equipment {
     }
 
     /// The entries of a sensor.
+    #[must_use]
     pub fn entries(sensor: &Sensor) -> Vec<(Entry, Channel, Value)> {
         let quantity = Arc::new(sensor.quantity.clone());
         let entries = sensor.channels.iter().zip(&sensor.variances).enumerate();

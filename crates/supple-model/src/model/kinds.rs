@@ -130,11 +130,13 @@ impl Kinds {
     }
 
     /// The names of all kinds of quantity, in order.
+    #[must_use]
     pub fn quantities(&self) -> Vec<&'static str> {
         self.quantities.names()
     }
 
     /// The names of all kinds of model, in order.
+    #[must_use]
     pub fn models(&self) -> Vec<&'static str> {
         self.models.names()
     }

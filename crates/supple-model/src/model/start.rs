@@ -45,6 +45,7 @@ pub struct PoseFile {
 
 impl PoseFile {
     /// Its numbers, by key.
+    #[must_use]
     pub fn numbers(&self) -> Vec<(&'static str, [f64; 3])> {
         std::iter::once(("position", self.position)).chain(self.rpy.map(|rpy| ("rpy", rpy))).collect()
     }

@@ -90,6 +90,7 @@ impl Covariance {
     }
 
     /// Its order.
+    #[must_use]
     pub fn order(&self) -> usize {
         match self {
             Self::Diagonal(entries) => entries.len(),

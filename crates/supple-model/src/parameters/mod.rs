@@ -129,6 +129,7 @@ impl Parameter {
 
     /// Whether a value is at a bound within the accuracy of a search: within a millionth of the range, and within
     /// a thousandth of the bound itself, which may be far smaller than the range.
+    #[must_use]
     pub fn is_at(&self, end: f64, value: f64) -> bool {
         let distance = (value - end).abs();
         let [lower, upper] = self.bounds;
@@ -180,6 +181,7 @@ impl Parameter {
     }
 
     /// The first entry of the catalogue that is wrong: its place, and what is valid.
+    #[must_use]
     pub fn wrong_entry(&self) -> Option<(usize, String)> {
         let [lower, upper] = self.bounds;
         self.catalogue.iter().enumerate().find_map(|(index, entry)| {
@@ -296,26 +298,31 @@ impl Parameters {
     }
 
     /// How many there are.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
     /// Whether there are none.
+    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// All of them.
+    #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &Parameter> {
         self.0.iter()
     }
 
     /// The one with this index.
+    #[must_use]
     pub fn get(&self, index: usize) -> &Parameter {
         &self.0[index]
     }
 
     /// Their names.
+    #[must_use]
     pub fn names(&self) -> Vec<String> {
         self.iter().map(|parameter| parameter.name.clone()).collect()
     }
@@ -332,16 +339,19 @@ impl Parameters {
     }
 
     /// Their initial values.
+    #[must_use]
     pub fn initial(&self) -> Vec<f64> {
         self.iter().map(|parameter| parameter.initial).collect()
     }
 
     /// Indices of those that the design search may change.
+    #[must_use]
     pub fn design(&self) -> Vec<usize> {
         (0..self.len()).filter(|&i| self.0[i].role == Role::Design).collect()
     }
 
     /// Indices of those that the design search may change and that only have the values of a catalogue.
+    #[must_use]
     pub fn catalogued(&self) -> Vec<usize> {
         self.design().into_iter().filter(|&index| !self.0[index].catalogue.is_empty()).collect()
     }

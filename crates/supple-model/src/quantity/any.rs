@@ -108,22 +108,26 @@ impl Function for Numbers<'_> {
 
 impl Quantity {
     /// The name of its kind, as files write it.
+    #[must_use]
     pub fn name(&self) -> &'static str {
         self.0.name()
     }
 
     /// The quantity as a given kind; `None` if it is of another kind.
+    #[must_use]
     pub fn as_kind<Q: Measurable>(&self) -> Option<&Q> {
         let kind: &dyn Any = &*self.0;
         kind.downcast_ref()
     }
 
     /// How many numbers it has.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
     /// Whether it has no numbers.
+    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -148,31 +152,37 @@ impl Quantity {
     }
 
     /// Whether it depends on the control: see [`Measurable::depends_on_control`].
+    #[must_use]
     pub fn depends_on_control(&self) -> bool {
         self.0.depends_on_control()
     }
 
     /// Whether it depends on the model's signals.
+    #[must_use]
     pub fn needs_signals(&self) -> bool {
         self.0.needs_signals()
     }
 
     /// Whether it depends on the next state.
+    #[must_use]
     pub fn needs_next(&self) -> bool {
         self.0.needs_next()
     }
 
     /// The state whose rate an entry is: see [`Measurable::rate_of`].
+    #[must_use]
     pub fn rate_of(&self, entry: usize) -> Option<usize> {
         self.0.rate_of(entry)
     }
 
     /// How many targets a cost must give if it gives any; the remaining targets are 0.
+    #[must_use]
     pub fn least_targets(&self) -> usize {
         self.0.least_targets()
     }
 
     /// Whether a cost must give a target.
+    #[must_use]
     pub fn needs_target(&self) -> bool {
         self.0.needs_target()
     }

@@ -30,6 +30,7 @@ impl Control {
     }
 
     /// The indices of the controls.
+    #[must_use]
     pub fn selected(&self) -> &[usize] {
         &self.selected
     }

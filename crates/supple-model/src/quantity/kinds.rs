@@ -88,11 +88,13 @@ impl Kinds {
     }
 
     /// The names of all kinds, in order.
+    #[must_use]
     pub fn names(&self) -> Vec<&'static str> {
         self.0.names()
     }
 
     /// Whether all quantities of a kind depend on the control.
+    #[must_use]
     pub fn is_of_control(&self, kind: &str) -> bool {
         self.0.get(kind).is_some_and(|reads| reads.of_control)
     }

@@ -21,6 +21,7 @@ impl StateAndControl {
     }
 
     /// How many states there are.
+    #[must_use]
     pub fn states(&self) -> usize {
         self.states
     }

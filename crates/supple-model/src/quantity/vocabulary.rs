@@ -52,6 +52,7 @@ impl Vocabulary {
     }
 
     /// How many controls there are.
+    #[must_use]
     pub fn controls(&self) -> usize {
         self.channels.controls.len()
     }
@@ -259,6 +260,7 @@ impl Vocabulary {
     }
 
     /// The unit of the effort of an element that acts on a joint.
+    #[must_use]
     pub fn torque_unit(&self, element: &str) -> &'static str {
         match self.deflection_unit(element) {
             "rad" => "N m",

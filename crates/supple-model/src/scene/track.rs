@@ -29,6 +29,7 @@ impl<const N: usize> Track<N> {
     }
 
     /// Whether it is the same at all times.
+    #[must_use]
     pub fn is_fixed(&self) -> bool {
         self.0.len() < 2
     }

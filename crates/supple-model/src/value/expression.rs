@@ -109,6 +109,7 @@ impl Expression {
     }
 
     /// The indices of its parameters, in increasing order.
+    #[must_use]
     pub fn parameters(self) -> Vec<usize> {
         let mut found = BTreeSet::new();
         self.0.tree.collect(&mut found);

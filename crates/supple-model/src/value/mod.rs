@@ -162,6 +162,7 @@ impl Value {
     }
 
     /// Whether this is a number, and zero: a term that can be left out.
+    #[must_use]
     pub fn is_zero(self) -> bool {
         self == Self::Number(0.0)
     }

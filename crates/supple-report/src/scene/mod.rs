@@ -114,11 +114,13 @@ impl Stage {
     }
 
     /// The `meshes` of [`data`]: all surfaces so far.
+    #[must_use]
     pub fn surfaces(&self) -> &[Value] {
         &self.shared.list
     }
 
     /// Warnings about meshes that cannot be shown.
+    #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         self.files.warnings()
     }

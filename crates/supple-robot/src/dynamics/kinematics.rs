@@ -107,6 +107,7 @@ impl<S: Scalar> Kinematics<S> {
     }
 
     /// The pose of each link of the robot in the world.
+    #[must_use]
     pub fn poses(&self) -> &[Pose<S>] {
         &self.links
     }

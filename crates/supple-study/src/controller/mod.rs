@@ -83,6 +83,7 @@ pub enum ControllerFormat {
 
 impl ControllerFormat {
     /// The ending of its files' names.
+    #[must_use]
     pub fn extension(self) -> &'static str {
         match self {
             Self::C => "c",
@@ -187,6 +188,7 @@ impl ExportedController {
     }
 
     /// The name that its files have where none is given: the task's, of letters, digits and `_`.
+    #[must_use]
     pub fn name(&self) -> String {
         names::identifier(&self.task.name)
     }

@@ -9,6 +9,7 @@ pub(super) const FORMS: &str =
 
 impl DesignChoice {
     /// Its name.
+    #[must_use]
     pub fn name(&self) -> &str {
         match self {
             Self::Start => "start",

@@ -77,6 +77,7 @@ impl Study {
 
 impl Work {
     /// The command that does it: `design`, `evaluate`...
+    #[must_use]
     pub fn command(&self) -> &'static str {
         match self {
             Self::Design(_) => "design",
@@ -91,6 +92,7 @@ impl Work {
     }
 
     /// Seed of everything random; 0 where nothing is.
+    #[must_use]
     pub fn seed(&self) -> u64 {
         match self {
             Self::Design(settings) => settings.seed,

@@ -48,11 +48,13 @@ impl Collector {
     }
 
     /// Points that were done before, and all points.
+    #[must_use]
     pub fn points(&self) -> (usize, usize) {
         (points_done(&self.study.grid, &self.started), self.study.grid.points)
     }
 
     /// Segments that were not given out yet; some of them may be done.
+    #[must_use]
     pub fn segments_left(&self) -> usize {
         self.study.grid.segments() - self.next
     }

@@ -96,6 +96,7 @@ pub struct SweepOptions {
 
 impl SweepOptions {
     /// How many points the grid has.
+    #[must_use]
     pub fn points(&self) -> usize {
         self.axes.iter().map(|axis| axis.values.len()).product()
     }
@@ -120,6 +121,7 @@ pub struct Sweep {
 impl Sweep {
     /// How many points could not be evaluated, or have a plan that did not converge or never touches a contact from which a
     /// cost wants a force.
+    #[must_use]
     pub fn untrusted(&self) -> usize {
         let Table { columns, rows, .. } = &self.table;
         let missed: Vec<usize> = (0..columns.len()).filter(|&i| misses_contact(&columns[i]).is_some()).collect();

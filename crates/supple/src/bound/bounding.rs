@@ -144,11 +144,13 @@ impl Bounding {
     }
 
     /// The task.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// T: number of decisions over which rates are averaged; 1 if stationary.
+    #[must_use]
     pub fn steps(&self) -> usize {
         match &self.kind {
             Kind::Horizon(horizon, _) => horizon.prices.count(),
@@ -157,11 +159,13 @@ impl Bounding {
     }
 
     /// The expected cost of the design with its own sensors; `None` if its filter has no steady state.
+    #[must_use]
     pub fn own_cost(&self) -> Option<f64> {
         self.own.cost
     }
 
     /// The expected cost with the state known exactly.
+    #[must_use]
     pub fn minimum_cost(&self) -> f64 {
         match &self.kind {
             Kind::Horizon(horizon, _) => horizon.base_cost,
@@ -170,6 +174,7 @@ impl Bounding {
     }
 
     /// The expected cost with nothing measured; `None` if it is infinite.
+    #[must_use]
     pub fn open_loop_cost(&self) -> Option<f64> {
         let cost = match &self.kind {
             Kind::Horizon(horizon, _) => {

@@ -136,11 +136,13 @@ pub(super) fn not_certified(minimum: f64, lower: f64) -> Option<String> {
 
 impl TaskBound {
     /// Why the minimum is not certified, if its proved lower bound is far below; `None` otherwise, or if nothing is proved.
+    #[must_use]
     pub fn not_certified(&self) -> Option<String> {
         not_certified(self.minimum_bits_per_step, self.minimum_lower_bits_per_step).filter(|_| self.proved)
     }
 
     /// Whether the proved lower bound is close enough to certify the minimum found.
+    #[must_use]
     pub fn is_certified(&self) -> bool {
         self.proved && self.not_certified().is_none()
     }
@@ -169,6 +171,7 @@ impl TaskBound {
     }
 
     /// Whether the numbers are in the required order, up to the duality gap and rounding.
+    #[must_use]
     pub fn is_ordered(&self) -> bool {
         let gap = self.minimum_bits_per_step - self.minimum_lower_bits_per_step;
         let rates = self.order.iter().filter(|line| line.ordered).filter_map(|line| line.bits_per_step);

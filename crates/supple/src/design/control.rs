@@ -130,6 +130,7 @@ impl Default for Control<'_> {
 
 impl Control<'_> {
     /// Whether to stop.
+    #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stop.is_requested()
     }

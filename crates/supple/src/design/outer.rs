@@ -159,6 +159,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
     }
 
     /// The point at which the search begins.
+    #[must_use]
     pub fn first(&self) -> Vec<f64> {
         let mut variables = match self.units {
             Units::Scaled => self.first.scaled.clone(),
@@ -170,6 +171,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
     }
 
     /// The least and the greatest value of each variable.
+    #[must_use]
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         let parameters = &self.search.problem().parameters;
         let bounds = self.search.visitor.scaling.indices.iter().map(|&index| match self.units {
@@ -180,26 +182,31 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
     }
 
     /// How many constraints there are.
+    #[must_use]
     pub fn constraints(&self) -> usize {
         self.constraints.len()
     }
 
     /// How many points may be evaluated.
+    #[must_use]
     pub fn max_evaluations(&self) -> usize {
         self.search.settings().max_evaluations
     }
 
     /// Relative changes below this end the search.
+    #[must_use]
     pub fn tolerance(&self) -> f64 {
         self.search.settings().tolerance
     }
 
     /// Whether to stop: the user asked for it, or points could not be evaluated.
+    #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.interrupted().is_some()
     }
 
     /// How the search has to end if it was interrupted; `None` if it may continue.
+    #[must_use]
     pub fn interrupted(&self) -> Option<Ending> {
         match (self.failures.count >= self.failures.most, self.stopped || self.search.control.is_stopped()) {
             (true, _) => Some(Ending::Stalled),
@@ -287,6 +294,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
     }
 
     /// Whether the last requested point was new.
+    #[must_use]
     pub fn is_new(&self) -> bool {
         self.search.evaluations > self.known
     }

@@ -28,6 +28,7 @@ pub struct Design {
 
 impl Design {
     /// The design that was found; parameters with catalogues have catalogue values.
+    #[must_use]
     pub fn found(&self) -> &StartSummary {
         self.catalogue.as_ref().map_or(&self.starts[self.best], |catalogue| &catalogue.chosen().summary)
     }
@@ -105,6 +106,7 @@ pub struct CatalogueDesign {
 
 impl CatalogueDesign {
     /// The best combination.
+    #[must_use]
     pub fn chosen(&self) -> &Combination {
         &self.designed[0]
     }

@@ -29,6 +29,7 @@ pub enum DesignStatus {
 
 impl DesignStatus {
     /// Whether the design found meets every bound and the budget, with plans that converged.
+    #[must_use]
     pub fn meets_bounds(self) -> bool {
         self != Self::BoundViolated
     }

@@ -95,6 +95,7 @@ impl Evaluation {
     }
 
     /// The budget, where the price does not keep it.
+    #[must_use]
     pub fn exceeded_budget(&self) -> Option<f64> {
         let price = self.price.as_ref()?;
         price.budget.filter(|&budget| !meets(price.total, Some(budget), self.feasibility))

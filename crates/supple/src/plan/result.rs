@@ -82,6 +82,7 @@ impl Plan {
     }
 
     /// Whether it would cost less without the limits that it keeps.
+    #[must_use]
     pub fn is_at_limits(&self) -> bool {
         self.multipliers.as_slice().iter().any(|multiplier| *multiplier > 0.0)
     }

@@ -43,6 +43,7 @@ impl InformationWeights {
     pub const MEASURED: Self = Self { needed: 0.0, used: 0.0, measured: 1.0 };
 
     /// Whether weights make a sum to minimise: finite, none negative, not all 0.
+    #[must_use]
     pub fn are_valid(&self) -> bool {
         let all = [self.needed, self.used, self.measured];
         all.iter().all(|weight| weight.is_finite() && *weight >= 0.0) && all.iter().any(|&weight| weight > 0.0)
@@ -64,6 +65,7 @@ impl InformationWeights {
     }
 
     /// The name of the kind that is minimised, if it is a single one.
+    #[must_use]
     pub fn kind(&self) -> Option<&'static str> {
         KINDS.iter().find(|(_, weights)| weights == self).map(|&(name, _)| name)
     }

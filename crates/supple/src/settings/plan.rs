@@ -84,6 +84,7 @@ pub enum PlanMode {
 
 impl PlanMode {
     /// Its name in task files.
+    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Nominal => "nominal",
@@ -94,16 +95,19 @@ impl PlanMode {
     }
 
     /// Whether such plans keep enforced limits of quantities.
+    #[must_use]
     pub fn keeps_limits(self) -> bool {
         self == Self::Nominal
     }
 
     /// Whether such plans keep limits of the controls.
+    #[must_use]
     pub fn keeps_control_limits(self) -> bool {
         matches!(self, Self::Nominal | Self::Sampled)
     }
 
     /// Whether total gradients exist: where plans minimise a cost by their trajectory.
+    #[must_use]
     pub fn has_total_gradient(self) -> bool {
         matches!(self, Self::Nominal | Self::Belief)
     }
@@ -307,6 +311,7 @@ impl PlanStatus {
     }
 
     /// Whether the plan may be used for results.
+    #[must_use]
     pub fn is_converged(self) -> bool {
         self == Self::Converged
     }

@@ -69,6 +69,7 @@ impl FilterBatch {
     }
 
     /// How many samples there are.
+    #[must_use]
     pub fn count(&self) -> usize {
         self.means.count()
     }

@@ -96,6 +96,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Whether it is a table with a key.
+    #[must_use]
     pub fn has(&self, key: &str) -> bool {
         matches!(self.value.get_ref(), Content::Table(table) if table.contains_key(key))
     }

@@ -50,6 +50,7 @@ pub(super) fn within_settings(error: ReadError, name: &str, settings: Option<Rea
 
 impl<'a> Variant<'a> {
     /// The name.
+    #[must_use]
     pub fn name(&self) -> &str {
         self.name
     }

@@ -179,6 +179,7 @@ impl Situation<'_, f64> {
 
 impl<S: Scalar> Own<'_, S> {
     /// State, control and parameters.
+    #[must_use]
     pub fn at(&self) -> &Point<'_, S> {
         self.now.at
     }
@@ -190,17 +191,20 @@ impl<S: Scalar> Own<'_, S> {
     }
 
     /// All positions, rad or m: of the degrees of freedom, then of the coordinates that compliance adds.
+    #[must_use]
     pub fn positions(&self) -> &[S] {
         self.now.positions()
     }
 
     /// The rates of all positions in which resistive forces are linear: the velocities, or those at the end of
     /// an implicit step.
+    #[must_use]
     pub fn rates(&self) -> &[S] {
         self.now.rates()
     }
 
     /// How far ahead resistive forces evaluate positions, s: a spring's force is evaluated at `x + lead x'`.
+    #[must_use]
     pub fn lead(&self) -> S {
         self.now.lead()
     }
@@ -236,11 +240,13 @@ impl<S: Scalar> Own<'_, S> {
     }
 
     /// Index, among all positions, of the first coordinate that the element adds.
+    #[must_use]
     pub fn place(&self) -> usize {
         self.now.bodies.positions().0 + self.coordinate
     }
 
     /// The first constant that the element adds.
+    #[must_use]
     pub fn constant(&self) -> S {
         self.now.at.x[2 * self.now.bodies.positions().1 + self.constant]
     }

@@ -123,6 +123,7 @@ impl Recorded {
     }
 
     /// The parts that it was built from.
+    #[must_use]
     pub fn parts(&self) -> &RecordedParts {
         &self.parts
     }

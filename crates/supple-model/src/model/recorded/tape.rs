@@ -246,6 +246,7 @@ impl Tape {
     }
 
     /// What it is made of.
+    #[must_use]
     pub fn parts(&self) -> &TapeParts {
         &self.parts
     }
@@ -266,6 +267,7 @@ impl Tape {
     }
 
     /// How many results there are.
+    #[must_use]
     pub fn outputs(&self) -> usize {
         self.parts.outputs.len()
     }
