@@ -7,6 +7,7 @@ use crate::lanes::{Job, Lanes, Portable};
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Level {
     /// Available on every machine: SSE2 on x86-64, plain arrays elsewhere. No fused multiply-add.
     Baseline = 1,

@@ -310,10 +310,7 @@ impl Observer for Recorder<'_> {
                     path.on_trial = is_trial;
                 }
             }
-            Event::StartBegan { .. }
-            | Event::StartEnded { .. }
-            | Event::SearchingBranches { .. }
-            | Event::Combination { .. } => {}
+            _ => {}
         }
     }
 }

@@ -130,10 +130,7 @@ impl Observer for Searching<'_> {
             Event::Combination { done, of } => {
                 self.progress.say(&format!("{done} of {of} combinations of catalogue entries"));
             }
-            Event::StartBegan { .. }
-            | Event::StartEnded { .. }
-            | Event::Stepped { .. }
-            | Event::SearchingBranches { .. } => {}
+            _ => {}
         }
     }
 }

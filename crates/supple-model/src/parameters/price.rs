@@ -16,6 +16,7 @@ use supple_text::digits;
     schemars(description = "The price of a parameter's value `phi`, in the units of budgets (theory, equation N.9).")
 )]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Price {
     /// `c / phi`: if `phi` is a variance, the price of averaging several identical sensors.
     Inverse(f64),

@@ -6,6 +6,7 @@ use crate::Stop;
 ///
 /// Example: [`Observer`].
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Event<'a> {
     /// A start began; there are `of` of them.
     StartBegan {

@@ -70,6 +70,7 @@ impl Default for PlanSettings {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(description = "How the reference trajectory and its feedback are chosen."))]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PlanMode {
     /// Without noise, by line search, to a tight tolerance: information and cost are smooth in the design.
     #[default]
