@@ -4,12 +4,33 @@ use crate::rows::{Left, Long, Product, View, ViewMut, factor_upper};
 use crate::{Job, LANES, Lanes, Matrices, dispatch, halt, padded};
 
 /// How many right sides a [`Band`] solves for at once.
+///
+/// Example: [`Band`].
 pub const RIGHT_SIDES: usize = 2;
 
 /// A symmetric positive definite block tridiagonal matrix with its right-hand sides.
 ///
 /// Block `t` is of order `orders[t]`, and may be empty. Its rows are `[H_t, C_t, b_t]`, each padded to whole lanes: the
 /// upper triangle of the diagonal block, the block between `t` and `t + 1`, and the right sides.
+///
+/// ```
+/// use supple_kernels::Band;
+///
+/// // Blocks of order 1: the matrix [[2, 1], [1, 2]], and the right sides (3, 3) and (1, 2).
+/// let mut band = Band::zeros(&[1, 1]);
+/// for (t, right) in [[3.0, 1.0], [3.0, 2.0]].into_iter().enumerate() {
+///     let row = band.row_mut(t, 0);
+///     row.diagonal[0] = 2.0;
+///     row.right.copy_from_slice(&right);
+///     if t == 0 {
+///         row.next[0] = 1.0;
+///     }
+/// }
+/// let mut found = [vec![Vec::new(); 2], vec![Vec::new(); 2]];
+/// band.solve(&mut found).map_err(|block| format!("indefinite at block {block}"))?;
+/// assert!((found[0][0][0] - 1.0).abs() < 1e-15 && (found[1][1][0] - 1.0).abs() < 1e-15);
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Band {
     orders: Vec<usize>,
@@ -17,6 +38,8 @@ pub struct Band {
 }
 
 /// The parts of one row of a block.
+///
+/// Example: [`Band`].
 pub struct BandRow<'a> {
     /// Row of `H_t`, of which the entries from the diagonal on are read; the padding must stay zero.
     pub diagonal: &'a mut [f64],

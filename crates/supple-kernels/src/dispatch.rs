@@ -5,6 +5,12 @@ use crate::lanes::x86::{Avx2, Avx512, Sse2};
 use crate::lanes::{Job, Lanes, Portable};
 
 /// A set of vector instructions.
+///
+/// ```
+/// use supple_kernels::Level;
+///
+/// assert!(Level::current().is_available());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 #[non_exhaustive]
@@ -76,6 +82,27 @@ impl Level {
 ///
 /// This is the only source of lanes: only jobs that run here use the lanes of a level, on a machine that has its
 /// instructions.
+///
+/// ```
+/// use supple_kernels::{Job, LANES, Lanes, Scalar, dispatch};
+///
+/// /// The roots of eight numbers.
+/// struct Roots<'a>(&'a mut [f64; LANES]);
+///
+/// impl Job for Roots<'_> {
+///     type Output = ();
+///
+///     #[inline(always)]
+///     fn run<L: Lanes>(self) {
+///         let Self(numbers) = self;
+///         *numbers = Scalar::sqrt(L::from_array(*numbers)).to_array();
+///     }
+/// }
+///
+/// let mut numbers = [2.25; LANES];
+/// dispatch(Roots(&mut numbers));
+/// assert_eq!(numbers, [1.5; LANES]);
+/// ```
 #[inline]
 pub fn dispatch<J: Job>(job: J) -> J::Output {
     match Level::current() {
@@ -91,6 +118,8 @@ pub fn dispatch<J: Job>(job: J) -> J::Output {
 }
 
 /// Runs `job` on plain arrays: the reference that every level is compared with.
+///
+/// Example: [`dispatch`].
 pub fn dispatch_portable<J: Job>(job: J) -> J::Output {
     job.run::<Portable>()
 }

@@ -9,6 +9,15 @@ use crate::scalar::derive_operators;
 /// A value and its derivatives along `K` directions: forward differentiation.
 ///
 /// Nested, `Dual<Dual<S, 1>, K>` carries second derivatives: `tangents[i].tangents[0]` is the mixed one.
+///
+/// ```
+/// use supple_kernels::{Dual, Scalar};
+///
+/// // The slope of x sin(x) at 2.
+/// let x = Dual::<f64, 1>::variable(2.0, 0);
+/// let y = x * Scalar::sin(x);
+/// assert!((y.tangents[0] - (2.0_f64.sin() + 2.0 * 2.0_f64.cos())).abs() < 1e-15);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<S, const K: usize> {
     /// The value.

@@ -4,11 +4,15 @@ use crate::scalar::derive_operators;
 use crate::{Scalar, Single, math};
 
 /// How many numbers every [`Lanes`] type holds.
+///
+/// Example: [`dispatch`](crate::dispatch()).
 pub const LANES: usize = 8;
 
 /// Work written once over the lanes, to be run with the machine's best instructions.
 ///
 /// `run` and all it calls must be `#[inline(always)]`; a closure made outside does not inherit the instructions.
+///
+/// Example: [`dispatch`](crate::dispatch()).
 pub trait Job {
     /// The result of the job.
     type Output;
@@ -18,6 +22,8 @@ pub trait Job {
 }
 
 /// Eight numbers worked on at once: eight knots of a trajectory, or eight entries of a padded row.
+///
+/// Example: [`dispatch`](crate::dispatch()).
 pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// One number with the arithmetic of one lane.
     type Single: Single;

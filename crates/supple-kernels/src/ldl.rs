@@ -5,6 +5,14 @@ use crate::Scalar;
 /// Eliminating from the last row up adds no non-zero entries to the mass matrix of a tree of bodies (Featherstone 2008,
 /// section 6.5). A matrix that is not positive definite gives numbers that are not finite or have a `D` that is not
 /// positive.
+///
+/// ```
+/// use supple_kernels::Ldl;
+///
+/// let factors = Ldl::new(&[vec![2.0, 1.0], vec![1.0, 2.0]]);
+/// let x = factors.solve(vec![3.0, 3.0]);
+/// assert!(x.iter().all(|x| (x - 1.0_f64).abs() < 1e-15));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Ldl<S> {
     /// Rows of `L` left of the diagonal, with 1 / D at their end.

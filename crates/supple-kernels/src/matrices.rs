@@ -1,6 +1,8 @@
 use crate::LANES;
 
 /// The next multiple of [`LANES`] at or above `len`: the stride of a padded row.
+///
+/// Example: [`Matrices`].
 #[must_use]
 pub const fn padded(len: usize) -> usize {
     len.next_multiple_of(LANES)
@@ -12,6 +14,15 @@ pub const fn padded(len: usize) -> usize {
 /// on whole rows. Kernels keep the padding zero.
 ///
 /// A sequence of one matrix made by [`Matrices::constant`] stands for the same matrix at every index.
+///
+/// ```
+/// use supple_kernels::{Matrices, padded};
+///
+/// let mut three = Matrices::zeros(3, 2, 2);
+/// three.set(1, 0, 1, 5.0);
+/// assert_eq!((three.get(1, 0, 1), three.stride()), (5.0, padded(2)));
+/// assert_eq!(three.at(1)[..2], [0.0, 5.0], "its first row");
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Matrices {
     count: usize,

@@ -5,6 +5,8 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 /// place in a graph.
 ///
 /// Code generic over `Scalar` must not branch on values: use [`Scalar::select`] and what is built on it.
+///
+/// Example: the [front page](crate).
 pub trait Scalar:
     Copy
     + Debug
@@ -179,6 +181,8 @@ pub(crate) fn once_more<S: Scalar>(running: S, variables: &[S], body: &impl Fn(&
 }
 
 /// One number with the arithmetic of one lane.
+///
+/// Example: [`dispatch`](crate::dispatch()).
 pub trait Single: Scalar + Into<f64> {
     /// The numbers as a slice of this type.
     fn slice_of(numbers: &mut [f64]) -> &mut [Self];

@@ -1,6 +1,14 @@
 use crate::Scalar;
 
 /// Memory that grows to the largest request and is then reused: typed buffers without allocation in the sweeps.
+///
+/// ```
+/// use supple_kernels::Scratch;
+///
+/// let mut scratch = Scratch::new();
+/// scratch.zeros::<f64>(100).fill(1.0);
+/// assert_eq!(scratch.zeros::<f64>(3), [0.0; 3], "the same memory again");
+/// ```
 #[derive(Debug, Default)]
 pub struct Scratch {
     lines: Vec<Line>,

@@ -51,6 +51,10 @@ const LARGEST: u64 = 64 << 20;
 
 /// Text that is safe to print: titles, names and messages may come from untrusted files and contain terminal commands.
 /// Control characters other than line breaks and tabs, and those that change the text direction, become `\u{fffd}`.
+///
+/// ```
+/// assert_eq!(supple_text::plain("a title\u{1b}[31m"), "a title\u{fffd}[31m");
+/// ```
 #[must_use]
 pub fn plain(text: &str) -> Cow<'_, str> {
     let is_command = |c: char| {
@@ -60,6 +64,8 @@ pub fn plain(text: &str) -> Cow<'_, str> {
 }
 
 /// An error in a file, with its location.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
     /// The file's name.
@@ -145,6 +151,19 @@ thread_local! {
 }
 
 /// Runs `work` on this thread with these texts in place of the files at their paths, such as texts read on another machine.
+///
+/// ```
+/// use supple_text::{is_file, read_given, read_text, with_texts};
+///
+/// let there = [("task.toml".to_owned(), "title = \"Reach\"".to_owned())];
+/// let text = with_texts(there, || {
+///     assert!(is_file("task.toml") && read_given("task.toml".as_ref()).is_ok());
+///     read_text("task.toml")
+/// });
+/// assert_eq!(text?, "title = \"Reach\"");
+/// assert!(!is_file("task.toml"), "afterwards there is no such file");
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
 pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: impl FnOnce() -> T) -> T {
     /// Restores the previous texts, even if `work` panics.
     struct Before(HashMap<String, String>);
@@ -158,6 +177,8 @@ pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: im
 }
 
 /// Whether the file exists or [`with_texts`] provides its text.
+///
+/// Example: [`with_texts`].
 pub fn is_file(path: impl AsRef<Path>) -> bool {
     let path = path.as_ref();
     TEXTS.with_borrow(|texts| texts.contains_key(&path.display().to_string())) || path.is_file()
@@ -168,6 +189,8 @@ pub fn is_file(path: impl AsRef<Path>) -> bool {
 /// # Errors
 /// If it cannot be read, is not a regular file (reading a pipe could block), is not UTF-8 text, or is larger than
 /// 64 MiB.
+///
+/// Example: [`with_texts`].
 pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let path = path.as_ref();
     if std::fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
@@ -203,6 +226,8 @@ pub fn shell_word(word: &str) -> String {
 ///
 /// # Errors
 /// Those of [`read_text`], except that pipes are allowed.
+///
+/// Example: [`with_texts`].
 pub fn read_given(path: &Path) -> Result<String, FileError> {
     let name = path.display().to_string();
     if let Some(text) = TEXTS.with_borrow(|texts| texts.get(&name).cloned()) {
@@ -223,6 +248,8 @@ pub fn read_given(path: &Path) -> Result<String, FileError> {
 }
 
 /// Suggests the valid name closest to an invalid one, if one is close enough.
+///
+/// Example: the [front page](crate).
 pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     let found = found.to_lowercase();
     let likeness = |name: &str| strsim::jaro_winkler(&found, &name.to_lowercase());
@@ -232,11 +259,17 @@ pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
 }
 
 /// The list of valid names for an error message: `it has a, b`, or `none are defined`.
+///
+/// Example: [`quoted`].
 pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
     if names.is_empty() { "none are defined".to_owned() } else { format!("it has {}", quoted(names)) }
 }
 
 /// A text with its first letter in upper case.
+///
+/// ```
+/// assert_eq!(supple_text::capitalised("two masses"), "Two masses");
+/// ```
 #[must_use]
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
@@ -247,6 +280,13 @@ pub fn capitalised(text: &str) -> String {
 ///
 /// Lists are long enough for all kinds of sensors, costs and compliance: a user who mistypes a kind should not have to
 /// look up the valid ones.
+///
+/// ```
+/// use supple_text::{owned, quoted};
+///
+/// assert_eq!(quoted(&["shoulder", "elbow"]), "`shoulder`, `elbow`");
+/// assert_eq!(owned(&["shoulder", "elbow"]), "it has `shoulder`, `elbow`");
+/// ```
 pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
     let most = most(names.len(), 40);
     let shown: Vec<_> = names.iter().take(most).map(|name| format!("`{}`", name.as_ref())).collect();
@@ -255,6 +295,12 @@ pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
 }
 
 /// How many of `count` names a message limited to `most` shows: one extra name is shorter than "and 1 more".
+///
+/// ```
+/// use supple_text::most;
+///
+/// assert_eq!([most(40, 40), most(41, 40), most(42, 40)], [40, 41, 40]);
+/// ```
 #[must_use]
 pub fn most(count: usize, most: usize) -> usize {
     if count <= most + 1 { count } else { most }

@@ -11,6 +11,12 @@
 
 /// A number in a message, with all of its digits. Very large and very small numbers have an exponent, so that nobody has
 /// to count zeros.
+///
+/// ```
+/// use supple_text::digits;
+///
+/// assert_eq!([digits(0.1), digits(1e-7)], ["0.1", "1e-7"]);
+/// ```
 #[must_use]
 pub fn digits(number: f64) -> String {
     let short = number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs());
@@ -18,6 +24,12 @@ pub fn digits(number: f64) -> String {
 }
 
 /// A number for programs: a short text that parses back to the same number. Whole numbers have no decimal point.
+///
+/// ```
+/// use supple_text::exact;
+///
+/// assert_eq!([exact(3.0), exact(1.0 / 3.0)], ["3", "0.3333333333333333"]);
+/// ```
 #[must_use]
 pub fn exact(number: f64) -> String {
     let mut text = format!("{number:?}");
@@ -28,6 +40,15 @@ pub fn exact(number: f64) -> String {
 }
 
 /// A number with at most `count` significant digits, at least 1.
+///
+/// ```
+/// use supple_text::{padded, printed, short, tabular};
+///
+/// // The same number in a sentence, in a formula, in a table of a terminal and on a page.
+/// let number = 474.54409;
+/// assert_eq!([short(number, 3), padded(number, 5)], ["475", "474.54"]);
+/// assert_eq!([tabular(number), printed(-number)], ["474.544", "−474.54"]);
+/// ```
 #[must_use]
 pub fn short(number: f64, count: usize) -> String {
     let number = significant(number, count);
@@ -39,6 +60,8 @@ pub fn short(number: f64, count: usize) -> String {
 }
 
 /// A number with exactly `count` significant digits, at least 1, including trailing zeros.
+///
+/// Example: [`short`].
 #[must_use]
 pub fn padded(number: f64, count: usize) -> String {
     let (power, after) = (exponent(number, count), count.saturating_sub(1));
@@ -49,6 +72,8 @@ pub fn padded(number: f64, count: usize) -> String {
 }
 
 /// A number in a terminal table: at most six significant digits, or five and an exponent.
+///
+/// Example: [`short`].
 #[must_use]
 pub fn tabular(number: f64) -> String {
     match exponent(number, 6) {
@@ -60,6 +85,12 @@ pub fn tabular(number: f64) -> String {
 }
 
 /// The 95 % confidence interval of a mean, in words, with its ends written by `number`.
+///
+/// ```
+/// use supple_text::{interval_95, short};
+///
+/// assert_eq!(interval_95([1.0, 2.0], |end| short(end, 2)), "95 % interval 1 to 2");
+/// ```
 #[must_use]
 pub fn interval_95([lower, upper]: [f64; 2], number: impl Fn(f64) -> String) -> String {
     format!("95 % interval {} to {}", number(lower), number(upper))
@@ -67,6 +98,8 @@ pub fn interval_95([lower, upper]: [f64; 2], number: impl Fn(f64) -> String) -> 
 
 /// A number on a page, with at most five significant digits and a typographic minus sign; a dash if it is not
 /// finite.
+///
+/// Example: [`short`].
 #[must_use]
 pub fn printed(number: f64) -> String {
     if !number.is_finite() {
@@ -85,6 +118,12 @@ pub fn printed(number: f64) -> String {
 }
 
 /// A number rounded to `count` significant digits, at least 1.
+///
+/// ```
+/// use supple_text::{exponent, significant};
+///
+/// assert_eq!((significant(999.9, 3), exponent(999.9, 3)), (1000.0, 3));
+/// ```
 #[must_use]
 pub fn significant(number: f64, count: usize) -> f64 {
     format!("{number:.*e}", count.saturating_sub(1)).parse().unwrap_or(number)
@@ -92,6 +131,8 @@ pub fn significant(number: f64, count: usize) -> f64 {
 
 /// The power of ten of the leading digit after rounding to `count` significant digits: 999.9 counts as 1000
 /// with three digits. 0 if the number is 0 or not finite.
+///
+/// Example: [`significant`].
 #[must_use]
 pub fn exponent(number: f64, count: usize) -> i32 {
     let text = format!("{number:.*e}", count.saturating_sub(1));
@@ -99,12 +140,21 @@ pub fn exponent(number: f64, count: usize) -> i32 {
 }
 
 /// The text of a number without insignificant trailing zeros.
+///
+/// ```
+/// assert_eq!(supple_text::trimmed("2.500"), "2.5");
+/// ```
 #[must_use]
 pub fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
 /// Advice about an angle of more than a full turn, which was probably given in degrees.
+///
+/// ```
+/// let advice = supple_text::degrees(-90.0);
+/// assert_eq!(advice.as_deref(), Some("angles are in rad: -90 degrees are -1.5708 rad"));
+/// ```
 #[must_use]
 pub fn degrees(angle: f64) -> Option<String> {
     // The margin allows for a full turn given with rounded digits.

@@ -6,6 +6,12 @@
 /// A unit on a page or in a figure: `m^2/s^2` becomes `m²/s²`, and `N m` becomes `N·m`, which does not break across lines.
 ///
 /// Only whole-number powers after `^` or `**` are converted; others stay as written.
+///
+/// ```
+/// use supple_text::{printed_unit, raised};
+///
+/// assert_eq!([printed_unit("m^2/s^2"), raised("-2")], ["m²/s²", "⁻²"]);
+/// ```
 #[must_use]
 pub fn printed_unit(unit: &str) -> String {
     let plain = unit.replace("**", "^").replace('*', " ");
@@ -41,6 +47,8 @@ pub fn printed_unit(unit: &str) -> String {
 }
 
 /// Text with its digits and minus signs as superscripts: `-2` becomes `⁻²`.
+///
+/// Example: [`printed_unit`].
 #[must_use]
 pub fn raised(text: &str) -> String {
     let one = |c: char| match c {

@@ -29,6 +29,8 @@ fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node], repetitions: &[Rep
 }
 
 /// Whether any of `outputs` depends on `variable`, directly or through a repetition.
+///
+/// Example: [`jacobian`].
 #[must_use]
 pub fn depends(outputs: &[Node], variable: Node) -> bool {
     let active = dependents(outputs.iter().copied(), &[variable], &repetitions());
@@ -39,12 +41,28 @@ pub fn depends(outputs: &[Node], variable: Node) -> bool {
 /// cotangents: reverse differentiation.
 ///
 /// The nodes `wrt` are variables: each counts as independent of the others, even if the graph computes it from them.
+///
+/// Example: [`jacobian`].
 #[must_use]
 pub fn vjp(outputs: &[(Node, Node)], wrt: &[Node]) -> Vec<Node> {
     Reverse::new(outputs.iter().map(|&(output, _)| output), wrt).gradient(outputs)
 }
 
 /// The matrix whose rows are the derivatives of each of `outputs` by `wrt`, by reverse differentiation as in [`vjp`].
+///
+/// ```
+/// use supple_kernels::Scalar;
+/// use supple_kernels::graph::{Node, depends, jacobian, record, tangent, vjp};
+///
+/// record(|| {
+///     let [x, y] = [0, 1].map(|offset| Node::entry(0, offset));
+///     let (product, three) = (x * y, Node::constant(3.0));
+///     assert_eq!(jacobian(&[product], &[x, y]), [[y, x]]);
+///     assert_eq!(vjp(&[(product, three)], &[x]), [three * y]);
+///     assert_eq!(tangent(&[product], &[(x, three)]), [three * y]);
+///     assert!(depends(&[product], y) && !depends(&[x], y));
+/// });
+/// ```
 #[must_use]
 pub fn jacobian(outputs: &[Node], wrt: &[Node]) -> Vec<Vec<Node>> {
     let mut reverse = Reverse::new(outputs.iter().copied(), wrt);
@@ -160,6 +178,8 @@ fn slope(node: Node, op: Op) -> Option<(Node, Node)> {
 
 /// The derivatives of `outputs` along the direction in which each variable of `seeds` changes at its rate: forward
 /// differentiation. Variables count as independent, as in [`vjp`].
+///
+/// Example: [`jacobian`].
 #[must_use]
 pub fn tangent(outputs: &[Node], seeds: &[(Node, Node)]) -> Vec<Node> {
     let zero = Node::constant(0.0);

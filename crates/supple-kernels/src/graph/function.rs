@@ -8,6 +8,27 @@ use crate::Scalar;
 ///
 /// A generic function cannot be called through a trait object. Written for plain numbers and for nodes, a function can be
 /// called with every scalar: see [`call`].
+///
+/// ```
+/// use supple_kernels::graph::{Function, Node, call};
+/// use supple_kernels::{Dual, Scalar};
+///
+/// struct Square;
+///
+/// impl Function for Square {
+///     fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]) {
+///         outputs[0] = inputs[0][0] * inputs[0][0];
+///     }
+///     fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]) {
+///         outputs[0] = inputs[0][0] * inputs[0][0];
+///     }
+/// }
+///
+/// // With a scalar that it was not written for.
+/// let mut found = [Dual::<f64, 1>::constant(0.0)];
+/// call(&Square, &[&[Dual::variable(3.0, 0)]], &mut found);
+/// assert_eq!((found[0].value, found[0].tangents[0]), (9.0, 6.0));
+/// ```
 pub trait Function {
     /// Computes its outputs for plain numbers.
     fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]);
@@ -17,6 +38,8 @@ pub trait Function {
 }
 
 /// The outputs of a function with any scalar. Scalars other than `f64` and [`Node`] replay what the function records.
+///
+/// Example: [`Function`].
 pub fn call<S: Scalar>(function: &dyn Function, inputs: &[&[S]], outputs: &mut [S]) {
     let called = call_as(inputs, outputs, |inputs, outputs| function.number(inputs, outputs))
         || call_as(inputs, outputs, |inputs, outputs| function.node(inputs, outputs));

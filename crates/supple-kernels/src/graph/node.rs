@@ -9,6 +9,8 @@ use crate::scalar::{self, derive_operators};
 /// A number not yet known: a node of the graph that this thread is recording.
 ///
 /// Nodes are meaningful only inside the [`record`] that made them, on its thread.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Node(pub(super) u32);
 
@@ -185,6 +187,8 @@ thread_local! {
 }
 
 /// Runs `build` with a new graph, in which its nodes live.
+///
+/// Example: the [front page](crate).
 pub fn record<T>(build: impl FnOnce() -> T) -> T {
     let outer = GRAPH.take();
     let result = build();

@@ -8,6 +8,8 @@ use super::schedule::{
 use crate::Scalar;
 
 /// Where a result of a program goes.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// Entry `offset` of the matrix of sink number `sink` becomes the result.
@@ -88,6 +90,8 @@ pub(super) struct Again {
 /// except numbered slots.
 ///
 /// Slots hold constants and parameters first, then what is read at each knot, then intermediate results.
+///
+/// Example: the [front page](crate).
 #[derive(Clone, Debug, Default)]
 pub struct Program {
     /// Constants, in the first slots.

@@ -7,6 +7,8 @@ use crate::pair::Pair;
 use crate::{Job, LANES, Lanes, Matrices, Scalar, Scratch, dispatch};
 
 /// What a program reads at its knots: matrices, from the knot itself or from a later one.
+///
+/// Example: [`Batch`].
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
     /// The matrices.
@@ -22,6 +24,28 @@ impl<'a> From<&'a Matrices> for Source<'a> {
 }
 
 /// The knots that a program is run for.
+///
+/// ```
+/// use supple_kernels::graph::{Batch, Node, Program, Source, Target, record};
+/// use supple_kernels::{Matrices, Scratch};
+///
+/// // The change from each of three numbers to the next.
+/// let program = record(|| {
+///     let change = Node::entry(1, 0) - Node::entry(0, 0);
+///     Program::compile(&[(change, Target::Set { sink: 0, offset: 0 })])
+/// });
+/// let numbers = Matrices::of_rows(&[vec![1.0], vec![4.0], vec![9.0]], 1);
+/// let mut changes = Matrices::vectors(2, 1);
+/// let sources = [Source::from(&numbers), Source { matrices: &numbers, shift: 1 }];
+/// let (batch, mut scratch) = (Batch { first: 0, count: 2 }, Scratch::new());
+/// program.run(batch, (&sources, &[]), (Some(&mut changes), &mut []), &mut scratch);
+/// assert_eq!(changes.to_rows(), [[3.0], [5.0]]);
+///
+/// // At one knot at a time.
+/// let mut change = [0.0];
+/// program.with_parameters(&[], &mut scratch).run(&[&[2.0], &[2.5]], &mut [&mut change]);
+/// assert_eq!(change, [0.5]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Batch {
     /// The first.
@@ -101,6 +125,8 @@ impl Program {
 }
 
 /// A [`Program`] to be run at one knot at a time.
+///
+/// Example: [`Batch`].
 #[derive(Debug)]
 pub struct OneByOne<'a> {
     program: &'a Program,

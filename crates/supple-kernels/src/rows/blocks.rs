@@ -4,6 +4,8 @@ use super::{Rows, View, ViewMut};
 use crate::{Job, LANES, Lanes};
 
 /// `out (cols x rows) = a'` for `a` of `rows x cols`.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, rows: usize, cols: usize) {
     if rows == 0 || cols == 0 {
@@ -22,6 +24,8 @@ pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, rows: usize, cols: us
 
 /// Copies the lower triangle of a square matrix of order `n` to its upper one, and sets what is right of both, up to whole
 /// lanes, to 0; numbers there must be finite.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     run_mirror::<L, R>(a, n, true);
@@ -29,6 +33,8 @@ pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
 
 /// As [`mirror`], for a matrix that is zero-padded on the right and whose numbers were just stored one by one: avoids
 /// vector loads where these would stall on such stores.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn mirror_single<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     run_mirror::<L, R>(a, n, false);
@@ -46,6 +52,8 @@ fn run_mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize, clear: bool) {
 }
 
 /// Copies the upper triangle of a square matrix of order `n` to its lower one.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn mirror_upper<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     let Some(a) = square(a, n) else { return };
@@ -57,6 +65,8 @@ pub fn mirror_upper<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
 }
 
 /// `a = (a + a') / 2` for a square matrix of order `n`.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn symmetrise<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     let Some(a) = square(a, n) else { return };

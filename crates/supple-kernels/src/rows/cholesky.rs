@@ -17,6 +17,8 @@ const LARGE: usize = 1000;
 ///
 /// # Errors
 /// `Err(i)` where the leading minor of order `i + 1` is not positive.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn factor<L: Lanes, R: Rows>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
     if R::SHORT || !R::CALLED && n <= FEW {
@@ -48,6 +50,19 @@ fn run<L: Lanes>(job: Factor) -> Result<(), usize> {
 ///
 /// # Errors
 /// As [`factor`].
+///
+/// ```
+/// use supple_kernels::rows::{cholesky, log_determinant, solve_column};
+///
+/// // [[4, 2], [2, 5]] by rows of two numbers.
+/// let mut factor = [4.0, 2.0, 2.0, 5.0];
+/// cholesky(&mut factor, 2, 2).map_err(|row| format!("indefinite at row {row}"))?;
+/// let mut x = [6.0, 7.0];
+/// solve_column(&factor, 2, &mut x);
+/// assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15);
+/// assert!((log_determinant(&factor, 2, 2) - 16.0_f64.ln()).abs() < 1e-15);
+/// # Ok::<(), String>(())
+/// ```
 pub fn cholesky(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
     if n < LANES || stride < padded(n) {
         return by_entries(a, n, stride);
@@ -60,6 +75,8 @@ pub fn cholesky(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
 }
 
 /// `log |a|` from the factor that [`factor`] or [`cholesky`] left.
+///
+/// Example: [`cholesky`].
 #[inline(always)]
 #[must_use]
 pub fn log_determinant(factor: &[f64], n: usize, stride: usize) -> f64 {

@@ -3,12 +3,22 @@
 use crate::LANES;
 
 /// Prefetches numbers that are used soon.
+///
+/// ```
+/// // Nothing but the time of a later read depends on it.
+/// supple_kernels::rows::fetch(&[1.0; 64]);
+/// ```
 #[inline(always)]
 pub fn fetch(numbers: &[f64]) {
     ask::<NEAR>(numbers.as_ptr(), numbers.len());
 }
 
 /// Like [`fetch`], for the lower triangle of a matrix with this stride.
+///
+/// ```
+/// // Nothing but the time of a later read depends on it.
+/// supple_kernels::rows::fetch_lower(&[1.0; 64], 8);
+/// ```
 #[inline(always)]
 pub fn fetch_lower(a: &[f64], stride: usize) {
     for (i, row) in a.chunks(stride).enumerate() {

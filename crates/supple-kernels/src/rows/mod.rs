@@ -27,6 +27,8 @@ pub use solve::{Factored, solve_column, solve_lower, solve_lower_beside, solve_u
 pub use vector::{add_scaled, clear_beyond, combine, dot, scale};
 
 /// How long the rows of a computation are.
+///
+/// Example: [`Product`].
 pub trait Rows: Copy + std::fmt::Debug + 'static {
     /// Whether every row is one set of lanes.
     const SHORT: bool;
@@ -38,14 +40,20 @@ pub trait Rows: Copy + std::fmt::Debug + 'static {
 }
 
 /// Every row is one set of lanes, even if not full: strides are known to the compiler.
+///
+/// Example: [`Product`].
 #[derive(Clone, Copy, Debug)]
 pub struct Short;
 
 /// Rows of a few sets of lanes.
+///
+/// Example: [`Product`].
 #[derive(Clone, Copy, Debug)]
 pub struct Medium;
 
 /// Rows of any length.
+///
+/// Example: [`Product`].
 #[derive(Clone, Copy, Debug)]
 pub struct Long;
 
@@ -80,6 +88,8 @@ impl Rows for Long {
 }
 
 /// Rows of numbers, `stride` apart.
+///
+/// Example: [`Product`].
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     /// All rows.
@@ -98,6 +108,8 @@ impl<'a> View<'a> {
 }
 
 /// Rows of numbers to write, `stride` apart.
+///
+/// Example: [`Product`].
 #[derive(Debug)]
 pub struct ViewMut<'a> {
     /// All rows.

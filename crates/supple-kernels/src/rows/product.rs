@@ -3,6 +3,8 @@ use super::{Rows, View, ViewMut, holds};
 use crate::{Job, LANES, Lanes, padded};
 
 /// The left factor of a product. A symmetric one is best passed as its transpose, which takes fewer instructions.
+///
+/// Example: [`Product`].
 #[derive(Clone, Copy, Debug)]
 pub struct Left<'a> {
     data: &'a [f64],
@@ -27,6 +29,33 @@ impl<'a> Left<'a> {
 }
 
 /// A product `left (rows x inner) * right (inner x width)`.
+///
+/// ```
+/// use supple_kernels::rows::{Left, Long, Product, View, ViewMut};
+/// use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
+///
+/// /// The square of a matrix.
+/// struct Square<'a>(&'a Matrices, &'a mut Matrices);
+///
+/// impl Job for Square<'_> {
+///     type Output = ();
+///
+///     #[inline(always)]
+///     fn run<L: Lanes>(self) {
+///         let Self(a, out) = self;
+///         let (n, stride) = (a.rows(), a.stride());
+///         let (left, right) = (Left::plain(a.at(0), stride), View::new(a.at(0), stride));
+///         let product = Product { left, right, rows: n, inner: n, width: padded(n) };
+///         product.set::<L, Long>(ViewMut::new(out.at_mut(0), stride));
+///     }
+/// }
+///
+/// // [[1, 2], [3, 4]]
+/// let (mut a, mut square) = (Matrices::zeros(1, 2, 2), Matrices::zeros(1, 2, 2));
+/// (0..4).for_each(|i| a.set(0, i / 2, i % 2, 1.0 + i as f64));
+/// dispatch(Square(&a, &mut square));
+/// assert_eq!((square.get(0, 0, 0), square.get(0, 1, 0)), (7.0, 15.0));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Product<'a> {
     /// The left factor.
@@ -129,6 +158,8 @@ impl<'a> Product<'a> {
 }
 
 /// [`Product::lower`].
+///
+/// Example: [`Product`].
 #[derive(Clone, Copy, Debug)]
 pub struct Lower<'a>(Product<'a>);
 

@@ -2,6 +2,8 @@ use super::{Rows, View, ViewMut, holds};
 use crate::{LANES, Lanes};
 
 /// `factor` times the first `count` numbers of some rows.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[derive(Clone, Copy, Debug)]
 pub struct Scaled<'a> {
     /// The rows.

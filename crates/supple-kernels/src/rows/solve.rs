@@ -5,6 +5,8 @@ use super::{FEW, Rows, View, ViewMut, holds};
 use crate::{Job, LANES, Lanes, padded};
 
 /// What [`factor`](super::factor) left of a matrix of order `n`.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[derive(Clone, Copy, Debug)]
 pub struct Factored<'a> {
     /// `U`.
@@ -16,24 +18,32 @@ pub struct Factored<'a> {
 }
 
 /// Solves `U' X = B` in place, where `B` is the first `n` rows of `right`, as wide as its stride.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn solve_lower<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
     apart(factored, right).forward::<L, R>();
 }
 
 /// Solves `U X = B` in place, where `B` is the first `n` rows of `right`, as wide as its stride.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn solve_upper<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
     apart(factored, right).backward::<L, R>();
 }
 
 /// As [`solve_lower`], with `U` and `B` in the rows of one matrix: `B` takes `width` numbers from column `from` on.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn solve_lower_beside<L: Lanes, R: Rows>(rows: ViewMut, n: usize, beside: (usize, usize), reciprocals: &[f64]) {
     together::<R>(rows, n, beside, reciprocals).forward::<L, R>();
 }
 
 /// As [`solve_upper`], with `U` and `B` in the rows of one matrix: `B` takes `width` numbers from column `from` on.
+///
+/// Example: [`Product`](crate::rows::Product) is run in the same way.
 #[inline(always)]
 pub fn solve_upper_beside<L: Lanes, R: Rows>(rows: ViewMut, n: usize, beside: (usize, usize), reciprocals: &[f64]) {
     together::<R>(rows, n, beside, reciprocals).backward::<L, R>();
@@ -329,6 +339,8 @@ unsafe fn load<L: Lanes, const C: usize>(from: *const f64) -> [L; C] {
 }
 
 /// Solves `G G' x = b` in place for one column, with the lower triangle that [`cholesky`](super::cholesky) left.
+///
+/// Example: [`cholesky`](crate::rows::cholesky).
 pub fn solve_column(factor: &[f64], stride: usize, x: &mut [f64]) {
     let n = x.len();
     for i in 0..n {
