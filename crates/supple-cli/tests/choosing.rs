@@ -119,7 +119,7 @@ fn sizes_follow_from_the_reach_and_the_mass() {
     assert_near(target, 0.2 * force, "force of insert");
     assert_said(&[
         "times a power of ten",
-        "a quarter of the sustained force, at most 10 N, and at most 10 N for a reach of 0.5 m; for `insert` a fifth of that",
+        "a quarter of the sustained force, at most 10 N and 20 N per metre of reach; for `insert` a fifth of that",
         "| travel | `travel` | $L/10$ |",
         "| clearance at the start | `clearance` | 0: the tool starts where",
         "1 s; twice that if",

@@ -1,7 +1,7 @@
 //! Studies as values: what to do, to which task, with which options.
 //!
-//! The program, its study files and Python make [`Study`] values, and only [`Work::run`] executes them. A result
-//! keeps the value that it was made from.
+//! The program, its study files and Python make [`Study`] values, and only [`Work::run`] executes them: [`Study::run`] with
+//! the task file that it names. A result keeps the value that it was made from.
 
 mod words;
 
@@ -72,6 +72,30 @@ impl Study {
         let values = Named::new(parameters, &task.phi).0.into_iter().zip(parameters.initial());
         let set = values.filter(|((_, value), initial)| value != initial).map(|(named, _)| named).collect();
         Self { task: path, set: Named(set), work }
+    }
+
+    /// Does it: reads the task file, from the working folder if its path is relative, and does the work with the
+    /// parameters as set.
+    ///
+    /// # Errors
+    /// As of [`LoadedTask::load`] and [`Work::run`].
+    ///
+    /// ```
+    /// use supple_study::Watch;
+    /// use supple_study::study::Study;
+    /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+    ///
+    /// // As it stands in a result folder, or came from another machine.
+    /// let text = r#"{ "task": "two_mass.toml", "set": { "k1": 300.0 }, "run": "evaluate", "options": { "rollouts": 0 } }"#;
+    /// # let text = &text.replace("two_mass.toml", file);
+    /// let study: Study = serde_json::from_str(text)?;
+    /// let result = study.run(None, Watch::default())?;
+    /// assert!(serde_json::to_string(&result)?.contains("\"k1\":300.0"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn run(&self, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
+        let task = LoadedTask::load(Path::new(&self.task), &self.set.0)?;
+        self.work.run(&task, folder, watch)
     }
 }
 
