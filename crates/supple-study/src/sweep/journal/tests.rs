@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::PathBuf;
 
 use rand_less::Numbers;
-use redb::Database;
+use redb::{Database, ReadableTableMetadata};
 use tempfile::TempDir;
 
 use super::super::tests::{RUNNING, StopAfter, options, task};
@@ -43,11 +43,20 @@ impl Sample {
             let folder = tempfile::tempdir().unwrap();
             let stop = StopAfter::new(22);
             let done = run(&task, &options, Some(folder.path()), stop.watch()).unwrap().table.rows.len();
-            if (22..60).contains(&done) {
-                return Self { task, options, folder, csv };
+            let sample = Self { task: task.clone(), options: options.clone(), folder, csv: csv.clone() };
+            if (22..60).contains(&done) && sample.is_within_a_segment() {
+                return sample;
             }
         }
         panic!("no sweep was stopped in the middle");
+    }
+
+    /// Whether the journal has plans from which an unfinished segment continues.
+    fn is_within_a_segment(&self) -> bool {
+        let change = Database::open(self.path()).unwrap().begin_write().unwrap();
+        let any = !change.open_table(PLANS).unwrap().is_empty().unwrap();
+        change.abort().unwrap();
+        any
     }
 
     fn path(&self) -> PathBuf {
