@@ -5,7 +5,49 @@ use crate::{Job, LANES, Lanes};
 
 /// `out (cols x rows) = a'` for `a` of `rows x cols`.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// ```
+/// use supple_kernels::rows::{Long, Scaled, View, ViewMut, add_scaled, clear_beyond, combine, scale};
+/// use supple_kernels::rows::{mirror, mirror_single, mirror_upper, symmetrise, transpose};
+/// use supple_kernels::{Job, Lanes, Matrices, dispatch};
+///
+/// /// Changes of a matrix of order 2, one after the other.
+/// struct Changes<'a>(&'a Matrices, &'a mut Matrices);
+///
+/// impl Job for Changes<'_> {
+///     type Output = ();
+///
+///     #[inline(always)]
+///     fn run<L: Lanes>(self) {
+///         let Self(a, out) = self;
+///         let (from, stride) = (View::new(a.at(0), a.stride()), a.stride());
+///         let out = out.at_mut(0);
+///         transpose::<L, Long>(ViewMut::new(out, stride), from, 2, 2);
+///         assert_eq!((out[1], out[stride]), (3.0, 2.0));
+///         symmetrise::<L, Long>(ViewMut::new(out, stride), 2);
+///         assert_eq!((out[1], out[stride]), (2.5, 2.5));
+///         Scaled { from, factor: 2.0, rows: 2, count: 2 }.set::<L, Long>(ViewMut::new(out, stride));
+///         assert_eq!((out[1], out[stride]), (4.0, 6.0));
+///         mirror::<L, Long>(ViewMut::new(out, stride), 2);
+///         mirror_single::<L, Long>(ViewMut::new(out, stride), 2);
+///         assert_eq!((out[1], out[stride]), (6.0, 6.0));
+///         mirror_upper::<L, Long>(ViewMut::new(out, stride), 2);
+///
+///         let (first, second) = out.split_at_mut(stride);
+///         add_scaled::<L>(first, 10.0, second);
+///         scale::<L>(second, 0.5);
+///         clear_beyond::<L>(second, 1);
+///         assert_eq!((first[0], second[0], second[1]), (62.0, 3.0, 0.0));
+///         // The second row less the sum of both rows of the matrix.
+///         combine::<L, Long>(first, Some(second), -1.0, &[1.0, 1.0], from);
+///         assert_eq!(first[..2], [3.0 - 4.0, -6.0]);
+///     }
+/// }
+///
+/// // [[1, 2], [3, 4]]
+/// let (mut a, mut out) = (Matrices::zeros(1, 2, 2), Matrices::zeros(1, 2, 2));
+/// (0..4).for_each(|i| a.set(0, i / 2, i % 2, 1.0 + i as f64));
+/// dispatch(Changes(&a, &mut out));
+/// ```
 #[inline(always)]
 pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, rows: usize, cols: usize) {
     if rows == 0 || cols == 0 {
@@ -25,7 +67,7 @@ pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, rows: usize, cols: us
 /// Copies the lower triangle of a square matrix of order `n` to its upper one, and sets what is right of both, up to whole
 /// lanes, to 0; numbers there must be finite.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`].
 #[inline(always)]
 pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     run_mirror::<L, R>(a, n, true);
@@ -34,7 +76,7 @@ pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
 /// As [`mirror`], for a matrix that is zero-padded on the right and whose numbers were just stored one by one: avoids
 /// vector loads where these would stall on such stores.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`].
 #[inline(always)]
 pub fn mirror_single<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     run_mirror::<L, R>(a, n, false);
@@ -53,7 +95,7 @@ fn run_mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize, clear: bool) {
 
 /// Copies the upper triangle of a square matrix of order `n` to its lower one.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`].
 #[inline(always)]
 pub fn mirror_upper<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     let Some(a) = square(a, n) else { return };
@@ -66,7 +108,7 @@ pub fn mirror_upper<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
 
 /// `a = (a + a') / 2` for a square matrix of order `n`.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`].
 #[inline(always)]
 pub fn symmetrise<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     let Some(a) = square(a, n) else { return };

@@ -18,7 +18,39 @@ const LARGE: usize = 1000;
 /// # Errors
 /// `Err(i)` where the leading minor of order `i + 1` is not positive.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// ```
+/// use supple_kernels::rows::{Factored, Long, View, ViewMut, factor, solve_lower, solve_upper};
+/// use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
+///
+/// /// Solves `A x = b`; `A` is overwritten by its factor.
+/// struct Solve<'a>(&'a mut Matrices, &'a mut Matrices);
+///
+/// impl Job for Solve<'_> {
+///     type Output = Result<(), usize>;
+///
+///     #[inline(always)]
+///     fn run<L: Lanes>(self) -> Self::Output {
+///         let Self(a, b) = self;
+///         let (n, stride) = (a.rows(), a.stride());
+///         let mut reciprocals = vec![0.0; padded(n)];
+///         factor::<L, Long>(ViewMut::new(a.at_mut(0), stride), n, stride, &mut reciprocals)?;
+///         let factored = Factored { upper: View::new(a.at(0), stride), reciprocals: &reciprocals, n };
+///         let right = b.stride();
+///         solve_lower::<L, Long>(factored, ViewMut::new(b.at_mut(0), right));
+///         solve_upper::<L, Long>(factored, ViewMut::new(b.at_mut(0), right));
+///         Ok(())
+///     }
+/// }
+///
+/// // [[4, 2], [2, 5]] x = (6, 7)
+/// let (mut a, mut b) = (Matrices::zeros(1, 2, 2), Matrices::zeros(1, 2, 1));
+/// for (i, [left, right, b_i]) in [[4.0, 2.0, 6.0], [2.0, 5.0, 7.0]].into_iter().enumerate() {
+///     (a.set(0, i, 0, left), a.set(0, i, 1, right), b.set(0, i, 0, b_i));
+/// }
+/// dispatch(Solve(&mut a, &mut b)).map_err(|row| format!("indefinite at row {row}"))?;
+/// assert!((b.get(0, 0, 0) - 1.0).abs() < 1e-15 && (b.get(0, 1, 0) - 1.0).abs() < 1e-15);
+/// # Ok::<(), String>(())
+/// ```
 #[inline(always)]
 pub fn factor<L: Lanes, R: Rows>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
     if R::SHORT || !R::CALLED && n <= FEW {

@@ -3,7 +3,7 @@ use crate::{LANES, Lanes};
 
 /// `factor` times the first `count` numbers of some rows.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`](crate::rows::transpose).
 #[derive(Clone, Copy, Debug)]
 pub struct Scaled<'a> {
     /// The rows.

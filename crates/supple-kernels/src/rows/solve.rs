@@ -6,7 +6,7 @@ use crate::{Job, LANES, Lanes, padded};
 
 /// What [`factor`](super::factor) left of a matrix of order `n`.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`factor`](crate::rows::factor).
 #[derive(Clone, Copy, Debug)]
 pub struct Factored<'a> {
     /// `U`.
@@ -19,7 +19,7 @@ pub struct Factored<'a> {
 
 /// Solves `U' X = B` in place, where `B` is the first `n` rows of `right`, as wide as its stride.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`factor`](crate::rows::factor).
 #[inline(always)]
 pub fn solve_lower<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
     apart(factored, right).forward::<L, R>();
@@ -27,7 +27,7 @@ pub fn solve_lower<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
 
 /// Solves `U X = B` in place, where `B` is the first `n` rows of `right`, as wide as its stride.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`factor`](crate::rows::factor).
 #[inline(always)]
 pub fn solve_upper<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
     apart(factored, right).backward::<L, R>();
@@ -35,7 +35,7 @@ pub fn solve_upper<L: Lanes, R: Rows>(factored: Factored, right: ViewMut) {
 
 /// As [`solve_lower`], with `U` and `B` in the rows of one matrix: `B` takes `width` numbers from column `from` on.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`factor`](crate::rows::factor).
 #[inline(always)]
 pub fn solve_lower_beside<L: Lanes, R: Rows>(rows: ViewMut, n: usize, beside: (usize, usize), reciprocals: &[f64]) {
     together::<R>(rows, n, beside, reciprocals).forward::<L, R>();
@@ -43,7 +43,7 @@ pub fn solve_lower_beside<L: Lanes, R: Rows>(rows: ViewMut, n: usize, beside: (u
 
 /// As [`solve_upper`], with `U` and `B` in the rows of one matrix: `B` takes `width` numbers from column `from` on.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`factor`](crate::rows::factor).
 #[inline(always)]
 pub fn solve_upper_beside<L: Lanes, R: Rows>(rows: ViewMut, n: usize, beside: (usize, usize), reciprocals: &[f64]) {
     together::<R>(rows, n, beside, reciprocals).backward::<L, R>();

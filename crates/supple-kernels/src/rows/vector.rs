@@ -5,7 +5,7 @@ use crate::{Job, LANES, Lanes};
 
 /// `out += factor * row`, over whole padded rows.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`](crate::rows::transpose).
 #[inline(always)]
 pub fn add_scaled<L: Lanes>(out: &mut [f64], factor: f64, row: &[f64]) {
     let len = out.len().min(row.len());
@@ -22,7 +22,7 @@ pub fn add_scaled<L: Lanes>(out: &mut [f64], factor: f64, row: &[f64]) {
 
 /// `row *= factor`, over whole padded rows.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`](crate::rows::transpose).
 #[inline(always)]
 pub fn scale<L: Lanes>(row: &mut [f64], factor: f64) {
     let (len, by) = (row.len(), L::constant(factor));
@@ -38,7 +38,7 @@ pub fn scale<L: Lanes>(row: &mut [f64], factor: f64) {
 
 /// Sets all but the first `count` numbers of a padded row to 0.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`](crate::rows::transpose).
 #[inline(always)]
 pub fn clear_beyond<L: Lanes>(row: &mut [f64], count: usize) {
     let first = count - count % LANES;
@@ -74,7 +74,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// `out = base + factor sum_k weights_k a_k`, over whole padded rows `a_k`.
 ///
-/// Example: [`Product`](crate::rows::Product) is run in the same way.
+/// Example: [`transpose`](crate::rows::transpose).
 #[inline(always)]
 pub fn combine<L: Lanes, R: Rows>(out: &mut [f64], base: Option<&[f64]>, factor: f64, weights: &[f64], a: View) {
     let width = out.len();
