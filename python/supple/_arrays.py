@@ -162,10 +162,11 @@ def symmetric(
 ) -> Array:
     """Like :func:`array`, for symmetric matrices; differences due to rounding are removed."""
     found = array(name, given, sizes, axes, measured=measured, once=once)
-    if semidefinite:
-        return _checked(name, found, definite=False)
     _check_symmetric(name, found)
-    return _even(found)
+    found = _even(found)
+    if semidefinite:
+        _check_semidefinite(name, found)
+    return found
 
 
 def covariance(
@@ -208,3 +209,10 @@ def _check_symmetric(name: str, found: Array) -> None:
         raise UsageError(
             f"{name}{place}: must be symmetric; found {found[here]:.6g}, and {found[there]:.6g} across the diagonal"
         )
+
+
+def _check_semidefinite(name: str, found: Array) -> None:
+    """Checks that a weight makes no cost negative, up to rounding."""
+    least, scale = np.linalg.eigvalsh(found)[0], np.abs(found).max()
+    if least < -1e-10 * scale:
+        raise UsageError(f"{name} has the eigenvalue {least:.3g}: it must be positive semidefinite")

@@ -454,7 +454,8 @@ class TaskReport(Record):
         belief_repairs: Number of repairs of rounding errors in the belief.
         branches: Number of different local minima of the plan encountered, if they were searched for.
         limits_violated: Limits that its plan violates.
-        limits_reached: Limits that its plan keeps and is held at (``enforce`` in a task file).
+        limits_reached: Limits that its plan keeps and is held at (``enforce`` or
+            ``enforce_effort_limits`` in a task file, or bounds of its controls).
         contacts: The contacts along its plan: every contact of the model by name; empty if the model has none or does not
             report them.
         warnings: Reasons not to trust its numbers: a cost asks for a force from a contact that the plan never makes. Empty if

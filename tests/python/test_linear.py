@@ -233,7 +233,7 @@ MISUSE: list[tuple[dict[str, Any], str]] = [
     ({"X0": np.ones((N, 2, 2))}, r"X0 has the shape \(20, 2, 2\): it must be \(n, n\) = \(2, 2\)"),
     ({"R": [[-1.0]]}, "Q and R are not positive semidefinite: the least eigenvalue is -1"),
     ({"S": [[9.0], [9.0]]}, r"\[\[Q, S\], \[S', R\]\] is not positive semidefinite"),
-    ({"QN": [[-1.0, 0.0], [0.0, 1.0]]}, "QN: must be positive semidefinite; its leading 1 x 1 block is not"),
+    ({"QN": [[-1.0, 0.0], [0.0, 1.0]]}, "QN has the eigenvalue -1: it must be positive semidefinite"),
     ({"time_step": 0.0}, "time_step=0.0: a number above 0"),
     ({"time_step": "x"}, "time_step='x': a number"),
     ({"bound": np.inf}, "bound=inf: a finite number"),

@@ -38,7 +38,8 @@ pub struct Followed {
     pub quantity: Quantity,
     /// Lower and upper limits, one pair per entry, if it has limits; infinite on a side without a limit.
     pub limits: Option<[Vec<Value>; 2]>,
-    /// Whether plans enforce its limits, rather than only reporting violations.
+    /// Whether plans enforce its limits as those of any quantity, rather than by [bounds](Self::take_control_bounds) of
+    /// the controls, or only reporting violations.
     pub enforced: bool,
     /// Whether the limits come from the model rather than from the task.
     pub is_of_model: bool,

@@ -56,6 +56,12 @@ impl From<supple::Error> for StudyError {
     }
 }
 
+impl From<supple::lqg::Error> for StudyError {
+    fn from(error: supple::lqg::Error) -> Self {
+        supple::Error::from(error).into()
+    }
+}
+
 impl From<ParameterError> for StudyError {
     fn from(error: ParameterError) -> Self {
         Self::Compute(error.into())

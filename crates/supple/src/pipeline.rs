@@ -234,9 +234,9 @@ impl TaskState {
         Ok(())
     }
 
-    /// The amount by which noise lowers the cost of a plan that is held at limits: see [`CostParts::lowered`].
+    /// The amount by which noise lowers the cost of a plan that is held at limits or at bounds of its controls: see [`CostParts::lowered`].
     pub(crate) fn lowered(&self) -> Option<f64> {
-        self.cost.lowered().filter(|_| self.plan.is_at_limits())
+        self.cost.lowered().filter(|_| self.plan.is_at_limits() || self.plan.policy.held().is_some())
     }
 
     /// Discards the data that gradients stored for the last plan.
@@ -342,9 +342,10 @@ fn check_limits(task: &Task, plan: PlanMode) -> Result<(), Error> {
         () if task.system.constraints().is_some() && !plan.keeps_limits() => {
             ("does not support enforced limits", "leave out `enforce` in `[[tasks.limits]]`, or use plan = \"nominal\"")
         }
-        () if task.control_bounds.is_some() && !plan.keeps_control_limits() => {
-            ("does not support control limits", "set `enforce_effort_limits = false`, or use plan = \"nominal\"")
-        }
+        () if task.control_bounds.is_some() && !plan.keeps_control_limits() => (
+            "does not support control limits",
+            "leave out `enforce_effort_limits` and `enforce` of controls, or use plan = \"nominal\"",
+        ),
         () => return Ok(()),
     };
     Err(Error::Planning { plan: plan.name(), problem: problem.to_owned(), advice })

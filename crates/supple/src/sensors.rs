@@ -54,7 +54,7 @@ pub fn select(
         knots: &state.plan.knots,
         noise: &state.noise,
         value: &state.plan.policy.value_of_information,
-        fixed: state.cost.expected() - state.cost.belief,
+        fixed: state.cost.nominal + state.cost.process + state.cost.initial,
         weight: task.information_weight,
     });
     Ok(Selection::new(candidates, &plants.collect::<Vec<_>>())?)

@@ -6,7 +6,7 @@ use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use supple::Task;
 use supple::plan::{PlanMode, bounds_of};
-use supple_lqg::Dimensions;
+use supple_lqg::{ControlBounds, Dimensions};
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
 use supple_model::document::{Content, Document, Place, Spanned, Unfit};
@@ -256,7 +256,15 @@ impl Reader<'_> {
         let quantities = &self.kinds.quantities;
         let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
         let mut followed = followed::read((self.document, self.index), &context)?;
-        let boxed: Vec<_> = followed.iter_mut().flat_map(Followed::take_control_bounds).collect();
+        let of_model = if file.enforce_effort_limits { model.limits() } else { Vec::new() };
+        let mut without = followed.clone();
+        let boxed: Vec<_> = without.iter_mut().flat_map(Followed::take_control_bounds).collect();
+        let mut control_bounds = bounds_of(&of_model, &boxed, size.controls);
+        // What no control can satisfy is a limit that the plan exceeds, as of any quantity.
+        match control_bounds.as_ref().is_none_or(ControlBounds::can_be_kept) {
+            true => followed = without,
+            false => control_bounds = bounds_of(&of_model, &[], size.controls),
+        }
         let efforts = Followed::efforts(&vocabulary).map_err(|unfit| self.error(&[], unfit.to_string()))?;
         let efforts = efforts.map(|efforts| Followed { enforced: file.enforce_effort_limits, ..efforts });
         let limits_efforts = efforts.is_some();
@@ -284,11 +292,10 @@ impl Reader<'_> {
         }
         recall(&mut noise, model, file.time_step);
         let initial_control = match file.initial_control {
-            Some(guess) => self.guess(guess, size)?,
+            Some(guess) => self.guess(guess, size, file.steps)?,
             None => Vec::new(),
         };
         let system = model.system((costs, followed), file.time_step, self.parameters.len());
-        let of_model = if file.enforce_effort_limits { system.limits() } else { Vec::new() };
         if file.enforce_effort_limits && bounds_of(&of_model, &[], size.controls).is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
@@ -297,7 +304,6 @@ impl Reader<'_> {
             .starting_at(initial_state)
             .guessing_each(initial_control)
             .weighing_information(file.information_weight);
-        let control_bounds = bounds_of(&of_model, &boxed, size.controls);
         let task = Task { bound: file.bound, control_bounds, ..task };
         task.check(self.parameters).map_err(|unfit| self.unfit(unfit))?;
         Ok(task)
@@ -305,9 +311,9 @@ impl Reader<'_> {
 
     /// The rows of a first guess, whose lengths are checked with the task: one row, or one for each step; of one control,
     /// also one number for each step.
-    fn guess(&self, guess: Guess, size: Dimensions) -> Result<Vec<Vec<Value>>, FileError> {
+    fn guess(&self, guess: Guess, size: Dimensions, steps: usize) -> Result<Vec<Vec<Value>>, FileError> {
         match guess.0 {
-            Rows::Flat(column) if size.controls == 1 && !column.is_empty() => {
+            Rows::Flat(column) if size.controls == 1 && column.len() == steps => {
                 Ok(column.into_iter().map(|value| vec![value]).collect())
             }
             Rows::Flat(row) => Ok(vec![row]),

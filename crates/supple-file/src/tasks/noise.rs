@@ -115,15 +115,12 @@ impl Reader<'_> {
         };
         let initial = self.given("initial", "initial_deviation", file.initial, file.initial_deviation, Some(states))?;
         let process = self.given("process", "process_deviation", file.process, file.process_deviation, Some(states))?;
-        let file = NoiseModel {
-            initial: initial.ok_or_else(|| missing("initial"))?,
-            process: process.ok_or_else(|| missing("process"))?,
-            measurement,
-            varying: self.varying(&file.varying, model)?,
-        };
+        let initial = initial.ok_or_else(|| missing("initial"))?;
+        let process = process.ok_or_else(|| missing("process"))?;
+        let noise = NoiseModel::new(initial, process, measurement);
         let own_size = Dimensions { states: own_states, ..size };
-        file.check(own_size, steps, self.parameters).map_err(|unfit| self.misfit(unfit, states))?;
-        Ok(file)
+        noise.check(own_size, steps, self.parameters).map_err(|unfit| self.misfit(unfit, states))?;
+        Ok(NoiseModel { varying: self.varying(&file.varying, model)?, ..noise })
     }
 
     /// What varies of the noise.

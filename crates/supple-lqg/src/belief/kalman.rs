@@ -30,7 +30,12 @@ use crate::shape::{Shape, by_length};
 ///
 /// Example: the [front page](crate).
 pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
-    dispatch(Sweep { knots, noise, belief })
+    dispatch(Sweep { knots, noise, belief, heeds_stop: true })
+}
+
+/// As [`kalman`], also where a stop is requested: for searches that decide themselves when to end.
+pub(crate) fn kalman_to_the_end(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
+    dispatch(Sweep { knots, noise, belief, heeds_stop: false })
 }
 
 /// The states that are measured, if each measurement is of one state with noise of its own, so that measurements can be
@@ -46,6 +51,8 @@ struct Sweep<'a> {
     knots: &'a Knots,
     noise: &'a Noise,
     belief: &'a mut Belief,
+    /// Whether large filters end where a stop is requested.
+    heeds_stop: bool,
 }
 
 /// Filters with more states check for a stop request, because their steps take long.
@@ -59,13 +66,13 @@ impl Job for Sweep<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let Self { knots, noise, belief } = self;
-        by_length!(knots.dimensions, |R| sweep::<L, R>(knots, noise, belief))
+        by_length!(self.knots.dimensions, |R| sweep::<L, R>(self))
     }
 }
 
 #[inline(always)]
-fn sweep<L: Lanes, R: Rows>(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
+fn sweep<L: Lanes, R: Rows>(Sweep { knots, noise, belief, heeds_stop }: Sweep) -> Result<(), Error> {
+    let heeds_stop = heeds_stop && knots.dimensions.states > LARGE;
     let (steps, shape) = (knots.steps(), Shape::<R>::of(knots.dimensions));
     belief.repairs = 0;
     let picks = one_at_a_time(knots, noise);
@@ -73,7 +80,7 @@ fn sweep<L: Lanes, R: Rows>(knots: &Knots, noise: &Noise, belief: &mut Belief) -
     let suggested = if !R::CALLED { None } else { Carried::suggested(&knots.dynamics, LEAST) };
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
     for t in 0..=steps {
-        if knots.dimensions.states > LARGE && halt::is_requested() {
+        if heeds_stop && halt::is_requested() {
             return Err(Error::Stopped);
         }
         if t > 0 {

@@ -14,5 +14,6 @@ pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
 pub use batch::{correct_each, predict_each};
 pub use innovation::Innovation;
 pub use kalman::kalman;
+pub(crate) use kalman::kalman_to_the_end;
 pub use state::Belief;
 pub use supple_kernels::rows::solve_column;

@@ -17,6 +17,12 @@ impl ControlBounds {
         Self { lower, upper }
     }
 
+    /// Whether there are controls within all of them.
+    #[must_use]
+    pub fn can_be_kept(&self) -> bool {
+        self.lower.iter().zip(&self.upper).all(|(lower, upper)| lower <= upper)
+    }
+
     /// The least values, m.
     #[must_use]
     pub fn lower(&self) -> &[f64] {

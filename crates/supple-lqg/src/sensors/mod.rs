@@ -134,6 +134,11 @@ impl Selection {
         self.sights.iter().map(|sight| sight.memory(gradients)).collect()
     }
 
+    /// How much rounding may change the information.
+    fn rounding(&self) -> f64 {
+        self.sights.iter().zip(&self.weights).map(|(sight, weight)| weight * sight.rounding()).sum()
+    }
+
     fn worth_with(&self, z: &[f64], memory: &mut [Memory]) -> Worth {
         let each = self.sights.iter().zip(memory).map(|(sight, memory)| sight.worth(z, memory));
         self.sum(each)

@@ -141,7 +141,13 @@ impl Relaxing<'_> {
         let along: f64 = gradient.iter().zip(&z).map(|(g, z)| g * z).sum();
         let used = gradient.iter().zip(&self.region.fixed).filter(|(_, fixed)| **fixed != Some(false));
         let size: f64 = merit.abs() + used.map(|(g, _)| g.abs()).sum::<f64>();
-        let margin = ROUNDING * size;
+        if !merit.is_finite() {
+            // The filter fails here, which says nothing of other points.
+            self.last = (z, merit, gradient);
+            return;
+        }
+        let rounding = if self.goal == Goal::MostInformation { self.selection.rounding() } else { 0.0 };
+        let margin = ROUNDING * size + rounding;
         let bound = match self.goal {
             Goal::LeastPrice { cost } => {
                 self.region.least_price((merit - along - cost - margin, &gradient), &self.prices)
@@ -199,7 +205,7 @@ impl Selection {
             here - region.least(&losses, &prices)
         };
         let least = (0..=order.len()).map(|count| after(&order[..count])).fold(f64::INFINITY, f64::min);
-        least + ROUNDING * least.abs()
+        least + ROUNDING * least.abs() + self.rounding()
     }
 
     /// The same of a region, as merit: of the information with its sign changed.

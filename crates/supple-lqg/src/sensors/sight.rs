@@ -1,8 +1,8 @@
 use supple_kernels::{Matrices, rows};
 
 use super::Plant;
-use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
-use crate::dense::{dense, eigen};
+use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman_to_the_end, reverse_kalman};
+use crate::dense::{Dense, dense, eigen, store};
 use crate::information::{Information, information};
 use crate::{Dimensions, Error, KnotAdjoints, Knots, Noise};
 
@@ -38,13 +38,20 @@ pub struct Worth {
 }
 
 impl Worth {
-    /// Of a filter whose covariance is not finite.
-    const NONE: Self = Self { cost: f64::INFINITY, information: f64::INFINITY };
+    /// Of sensors with which the filter fails: worse than any other, whatever the goal.
+    const NONE: Self = Self { cost: f64::INFINITY, information: f64::NEG_INFINITY };
 }
 
-/// Memory of the sweeps, for one thread.
+/// Memory for one thread.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
+    gradients: bool,
+    sweeps: Option<Sweeps>,
+}
+
+/// Memory of the sweeps over some number of rows.
+#[derive(Clone, Debug)]
+struct Sweeps {
     /// The plant with the rows of the sensors that are present.
     knots: Knots,
     noise: Noise,
@@ -85,55 +92,81 @@ impl Sight {
 
     /// Memory for [`worth`](Self::worth) and, with `gradients`, for [`gradient`](Self::gradient).
     pub fn memory(&self, gradients: bool) -> Memory {
-        self.sized(0, gradients)
+        Memory { gradients, sweeps: None }
     }
 
-    /// The same with so many rows of the measurement.
-    fn sized(&self, present: usize, gradients: bool) -> Memory {
+    /// Memory of sweeps over so many rows of the measurement, with the dynamics of earlier ones.
+    fn sized(&self, rows: usize, gradients: bool, earlier: Option<Sweeps>) -> Sweeps {
         let (n, steps) = (self.dimensions.states, self.dynamics.count());
-        let dimensions = Dimensions { measurements: present, ..self.dimensions };
-        let mut measurement = Matrices::constant(present, present);
-        (0..present).for_each(|i| measurement.set(0, i, i, 1.0));
-        Memory {
-            knots: Knots { dynamics: self.dynamics.clone(), ..Knots::zeros(dimensions, steps) },
+        let dimensions = Dimensions { measurements: rows, ..self.dimensions };
+        let mut measurement = Matrices::constant(rows, rows);
+        (0..rows).for_each(|i| measurement.set(0, i, i, 1.0));
+        // No sweep of the belief reads the cost.
+        let cost = Matrices::default;
+        let dynamics = earlier.map_or_else(|| self.dynamics.clone(), |earlier| earlier.knots.dynamics);
+        let seen = Matrices::zeros(steps + 1, rows, n);
+        Sweeps {
+            knots: Knots { dimensions, dynamics, measurement: seen.clone(), cost: cost(), picks: None },
             noise: Noise { initial: self.initial.clone(), process: self.process.clone(), measurement },
-            belief: Belief::zeros(n, present, steps),
+            belief: Belief::zeros(n, rows, steps),
             information: Information::default(),
             reverse: gradients.then(|| Reverse {
-                work: BeliefAdjoint::keeping(n, present, steps),
-                adjoints: KnotAdjoints::zeros(dimensions, steps),
-                by_noise: Noise::zeros(n, present),
+                work: BeliefAdjoint::keeping(n, rows, steps),
+                adjoints: KnotAdjoints {
+                    dynamics: Matrices::zeros(steps, n, self.dimensions.joint()),
+                    measurement: seen,
+                    cost: cost(),
+                    has_cost: false,
+                },
+                by_noise: Noise::zeros(n, rows),
                 seen: vec![0.0; n],
             }),
         }
     }
 
-    /// Cost and information with given weights of the candidates, each from 0 to 1; infinite where the filter has none.
+    /// Cost and information with given weights of the candidates, each from 0 to 1; [`Worth::NONE`] if the filter fails.
     pub fn worth(&self, z: &[f64], memory: &mut Memory) -> Worth {
         let present: Vec<usize> = (0..self.owners.len()).filter(|&row| self.weight(row, z) > 0.0).collect();
-        if memory.knots.dimensions.measurements != present.len() {
-            *memory = self.sized(present.len(), memory.reverse.is_some());
-        }
         let (n, steps) = (self.dimensions.states, self.dynamics.count());
-        for (i, &row) in present.iter().enumerate() {
-            let root = self.weight(row, z).sqrt();
-            for t in 0..=steps {
-                (0..n).for_each(|j| memory.knots.measurement.set(t, i, j, root * self.rows.get(t, row, j)));
+        // More rows than states tell as much as the triangular factor of them.
+        let count = present.len().min(n);
+        let Memory { gradients, sweeps } = memory;
+        let known = sweeps.take();
+        let Sweeps { knots, noise, belief, information: told, .. } = sweeps.insert(match known {
+            Some(known) if known.knots.dimensions.measurements == count => known,
+            earlier => self.sized(count, *gradients, earlier),
+        });
+        let roots: Vec<f64> = present.iter().map(|&row| self.weight(row, z).sqrt()).collect();
+        for t in 0..=steps {
+            let entry = |i: usize, j: usize| roots[i] * self.rows.get(t, present[i], j);
+            if present.len() > n {
+                store(&mut knots.measurement, t, &Dense::from_fn(present.len(), n, entry).qr().unpack_r());
+            } else {
+                (0..count).for_each(|i| (0..n).for_each(|j| knots.measurement.set(t, i, j, entry(i, j))));
             }
         }
-        let Memory { knots, noise, belief, information: told, .. } = memory;
-        if kalman(knots, noise, belief).and_then(|()| information(belief, noise, told)).is_err() {
+        if kalman_to_the_end(knots, noise, belief).and_then(|()| information(belief, noise, told)).is_err() {
             return Worth::NONE;
         }
         let errors: f64 = (0..steps).map(|t| rows::dot(self.value.at(t), belief.corrected.at(t))).sum();
         Worth { cost: self.fixed + 0.5 * errors, information: told.total }
     }
 
+    /// How much rounding may change the information: each row adds the logarithm of a number near 1.
+    pub fn rounding(&self) -> f64 {
+        4.0 * f64::EPSILON * ((self.dynamics.count() + 1) * self.owners.len()) as f64
+    }
+
     /// The same; adds to `gradient` the derivatives, by the weights, of the quantity that `of` defines: with the adjoint
     /// `Sb` of `Sigma_t` and `h = Sigma c`, the row `c` of a candidate adds `i/2 c' h - h' Sb h` (theory, equation N.4).
     pub fn gradient(&self, z: &[f64], of: Weights, memory: &mut Memory, gradient: &mut [f64]) -> Worth {
         let worth = self.worth(z, memory);
-        let Memory { knots, noise, belief, reverse: Some(reverse), .. } = memory else { return worth };
+        let Some(Sweeps { knots, noise, belief, reverse: Some(reverse), .. }) = &mut memory.sweeps else {
+            return worth;
+        };
+        if worth == Worth::NONE {
+            return worth;
+        }
         let Reverse { work, adjoints, by_noise, seen } = reverse;
         let weights = Some((&self.value, of.cost));
         let seeds = BeliefSeeds { information: of.information, weights, covariances: None };

@@ -390,6 +390,9 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     fn every_warning(&self) -> Vec<String> {
         self.model.every_warning()
     }
+    fn limits(&self) -> Vec<Limit> {
+        Model::limits(self)
+    }
     fn starts_by_itself(&self) -> bool {
         self.model.starts_by_itself()
     }

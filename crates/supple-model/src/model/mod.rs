@@ -101,7 +101,8 @@ pub trait ModelFile: Model + Clone {
         false
     }
 
-    /// The first state before individual states are set, or an error about what does not fit the model.
+    /// The first state before individual states are set, or an error about what does not fit the model, with its place
+    /// below `initial_state`, as `pose.frame`.
     fn first_state(&self, _start: &Start) -> Result<Vec<f64>, Unfit> {
         Ok(vec![0.0; self.dimensions().states])
     }
@@ -158,12 +159,14 @@ pub trait AnyModel {
     fn warnings(&self) -> Vec<String>;
     /// The same with a separate sentence for each occurrence.
     fn every_warning(&self) -> Vec<String>;
+    /// The limits of its states and controls.
+    fn limits(&self) -> Vec<Limit>;
     /// Whether its first state may be omitted, or given by a keyframe or a pose.
     fn starts_by_itself(&self) -> bool;
     /// The first state before individual states are set.
     ///
     /// # Errors
-    /// If the keyframe or pose does not fit; the error gives its key and the reason.
+    /// If the keyframe or pose does not fit; the place of the error is below `initial_state`, as `pose.frame`.
     fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit>;
     /// Pairs of states of which the first defaults to the second if the task does not give its initial value.
     fn followers(&self) -> Vec<(usize, usize)>;
@@ -204,6 +207,9 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn every_warning(&self) -> Vec<String> {
         ModelFile::every_warning(self)
+    }
+    fn limits(&self) -> Vec<Limit> {
+        Model::limits(self)
     }
     fn starts_by_itself(&self) -> bool {
         ModelFile::starts_by_itself(self)

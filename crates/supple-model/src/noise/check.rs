@@ -13,9 +13,6 @@ use crate::value::symmetrise;
 /// Asymmetry of a matrix of numbers up to this, relative to its largest entry, is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// What is wrong with a value of a parameter that there is not.
-const UNKNOWN: &str = "uses a parameter that the problem does not have";
-
 impl NoiseModel {
     /// Checks it for a system of these sizes over `steps` steps: shapes; variances within the bounds of the parameters;
     /// symmetry and definiteness at their initial values.
@@ -36,24 +33,36 @@ impl NoiseModel {
     /// assert_eq!(wrong.as_deref(), Some(expected));
     /// ```
     pub fn check(&self, size: Dimensions, steps: usize, parameters: &Parameters) -> Result<(), Unfit> {
-        let Self { initial, process, measurement, varying } = self;
-        let (n, p) = (size.states, size.measurements);
-        let rules = [
-            Rule { key: "initial", order: n, count: 1, definite: false },
-            Rule { key: "process", order: n, count: steps, definite: false },
-            Rule { key: "measurement", order: p, count: steps + 1, definite: true },
-        ];
-        for (rule, covariance) in rules.into_iter().zip([initial, process, measurement]) {
-            rule.check(covariance, parameters)?;
-        }
-        for (number, &VaryingVariance { measurement, state, .. }) in varying.iter().enumerate() {
-            let places = [("measurement", measurement, p), ("state", state, n)];
+        self.check_shapes(size, steps)?;
+        self.rules(size, steps).into_iter().try_for_each(|(rule, covariance)| rule.check_values(covariance, parameters))
+    }
+
+    /// The part of [`check`](Self::check) that takes no time: shapes, and places of what varies with the state.
+    ///
+    /// # Errors
+    /// As of [`check`](Self::check).
+    pub fn check_shapes(&self, size: Dimensions, steps: usize) -> Result<(), Unfit> {
+        self.rules(size, steps).into_iter().try_for_each(|(rule, covariance)| rule.check_shape(covariance))?;
+        for (number, &VaryingVariance { measurement, state, .. }) in self.varying.iter().enumerate() {
+            let places = [("measurement", measurement, size.measurements), ("state", state, size.states)];
             if let Some((key, place, count)) = places.into_iter().find(|(_, place, count)| place >= count) {
                 let message = format!("must be below {count}, the number of {key}s; found {place}");
                 return Err(Unfit::new(key, message).below(number).below("varying"));
             }
         }
         Ok(())
+    }
+
+    fn rules(&self, size: Dimensions, steps: usize) -> [(Rule, &Covariance); 3] {
+        let (order, definite) = (size.states, false);
+        [
+            (Rule { key: "initial", order, count: 1, definite }, &self.initial),
+            (Rule { key: "process", order, count: steps, definite }, &self.process),
+            (
+                Rule { key: "measurement", order: size.measurements, count: steps + 1, definite: true },
+                &self.measurement,
+            ),
+        ]
     }
 }
 
@@ -73,27 +82,40 @@ impl Rule {
         Unfit::new(self.key, message)
     }
 
-    fn check(self, covariance: &Covariance, parameters: &Parameters) -> Result<(), Unfit> {
+    fn check_shape(self, covariance: &Covariance) -> Result<(), Unfit> {
+        let Self { order, count, .. } = self;
+        let message = match covariance {
+            Covariance::Diagonal(variances) if variances.len() != order => {
+                format!("must have {order} variances; found {}", variances.len())
+            }
+            Covariance::Full(rows) if rows.len() != order || rows.iter().any(|row| row.len() != order) => {
+                let widths: Vec<_> = rows.iter().map(Vec::len).collect();
+                format!("must be {order} x {order}; found rows of {widths:?} numbers")
+            }
+            Covariance::Sequence(matrices)
+                if (matrices.count(), matrices.rows(), matrices.cols()) != (count, order, order) =>
+            {
+                let (found, rows, cols) = (matrices.count(), matrices.rows(), matrices.cols());
+                let matrices = if count == 1 { "matrix" } else { "matrices" };
+                format!("must be {count} {matrices} of {order} x {order}; found {found} of {rows} x {cols}")
+            }
+            _ => return Ok(()),
+        };
+        Err(self.unfit(message))
+    }
+
+    /// Checks the entries of a covariance of the right shape.
+    fn check_values(self, covariance: &Covariance, parameters: &Parameters) -> Result<(), Unfit> {
         let Self { order, .. } = self;
         match covariance {
             Covariance::Diagonal(variances) => {
-                if variances.len() != order {
-                    return Err(self.unfit(format!("must have {order} variances; found {}", variances.len())));
-                }
                 for (i, &variance) in variances.iter().enumerate() {
                     self.variance(variance, parameters).map_err(|message| self.unfit(message).entry(i))?;
                 }
             }
             Covariance::Full(rows) => {
-                if rows.len() != order || rows.iter().any(|row| row.len() != order) {
-                    let widths: Vec<_> = rows.iter().map(Vec::len).collect();
-                    let message = format!("must be {order} x {order}; found rows of {widths:?} numbers");
-                    return Err(self.unfit(message));
-                }
                 for (i, j) in (0..order).flat_map(|i| (0..order).map(move |j| (i, j))) {
-                    if parameters.least(rows[i][j]).is_none() {
-                        return Err(self.unfit(UNKNOWN).entry(i).entry(j));
-                    }
+                    parameters.number(rows[i][j]).map_err(|message| self.unfit(message).entry(i).entry(j))?;
                 }
                 for (i, row) in rows.iter().enumerate() {
                     self.variance(row[i], parameters).map_err(|message| self.unfit(message).entry(i).entry(i))?;
@@ -102,7 +124,9 @@ impl Rule {
                     self.unfit(found.message(&parameters.names())).entry(found.row).entry(found.column)
                 })?;
             }
-            Covariance::Sequence(matrices) => return self.sequence(matrices),
+            Covariance::Sequence(matrices) => {
+                return check_matrices(matrices, self.definite).map_err(|unfit| unfit.below(self.key));
+            }
         }
         let mut matrix = Matrices::constant(order, order);
         covariance.resolve(&parameters.initial(), &mut matrix);
@@ -111,28 +135,14 @@ impl Rule {
 
     /// Checks a variance, given the parameters' bounds.
     fn variance(self, variance: Value, parameters: &Parameters) -> Result<(), String> {
-        let Some(least) = parameters.least(variance) else { return Err(UNKNOWN.to_owned()) };
-        let here: f64 = variance.resolve(&parameters.initial());
-        if !here.is_finite() {
-            return Err(format!("must be finite; found {here}"));
-        }
+        parameters.number(variance)?;
+        let Some(least) = parameters.least(variance) else { return Ok(()) };
         let valid = match self.definite {
             true if least <= 0.0 => "must be above 0, as every sensor has some noise",
             _ if least < 0.0 => "must be at least 0, as a variance",
             _ => return Ok(()),
         };
         Err(format!("{valid}; {}", variance.found(least)))
-    }
-
-    fn sequence(self, matrices: &Matrices) -> Result<(), Unfit> {
-        let Self { order, count, .. } = self;
-        let found = (matrices.count(), matrices.rows(), matrices.cols());
-        if found != (count, order, order) {
-            let (matrices, rows, cols) = found;
-            let message = format!("must be {count} matrices of {order} x {order}; found {matrices} of {rows} x {cols}");
-            return Err(self.unfit(message));
-        }
-        check_matrices(matrices, self.definite).map_err(|unfit| unfit.below(self.key))
     }
 }
 
@@ -151,9 +161,9 @@ impl Rule {
 pub fn check_matrices(matrices: &Matrices, definite: bool) -> Result<(), Unfit> {
     let order = matrices.rows();
     let across = |entry: f64, mirrored: f64| format!("{}, and {} across the diagonal", digits(entry), digits(mirrored));
+    let largest = matrices.as_slice().iter().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
     for t in 0..matrices.count() {
         let at = |i: usize, j: usize, message: String| Err(Unfit::here(message).entry(t).entry(i).entry(j));
-        let largest = matrices.at(t).iter().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
         for (i, j) in (0..order).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             let [entry, mirrored] = [matrices.get(t, i, j), matrices.get(t, j, i)];
             if !(entry - mirrored).is_finite() {

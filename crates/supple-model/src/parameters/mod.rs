@@ -381,6 +381,16 @@ impl Parameters {
         }
     }
 
+    /// The number of a value at the initial values of its parameters.
+    ///
+    /// # Errors
+    /// What is wrong, if it uses a parameter that is not in this list, or the number is not finite.
+    pub fn number(&self, value: Value) -> Result<f64, String> {
+        self.least(value).ok_or("uses a parameter that the problem does not have")?;
+        let number: f64 = value.resolve(&self.initial());
+        if number.is_finite() { Ok(number) } else { Err(format!("must be finite; found {number}")) }
+    }
+
     /// Sets one parameter in a vector of all, checking its bounds.
     ///
     /// # Errors

@@ -109,7 +109,7 @@ impl Described {
         for parameter in &parameters {
             parameter.check().map_err(|unfit| match unfit.key() {
                 "name" => unfit.message,
-                _ => format!("parameter `{}`: {unfit}", parameter.name),
+                key => format!("parameter `{}`: {key} {}", parameter.name, unfit.message),
             })?;
         }
         planning.check().map_err(|unfit| format!("planning: {unfit}"))?;

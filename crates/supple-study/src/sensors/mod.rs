@@ -152,7 +152,7 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
     let all: Vec<usize> = (0..selection.candidates.len()).collect();
     let greedy = selection.greedy(goal, limits);
     if greedy.is_none() && options.method == SensorMethod::Greedy {
-        return Err(supple::Error::from(selection.not_found(goal)).into());
+        return Err(selection.not_found(goal).into());
     }
     let relaxed = selection.bound(goal, limits);
     let searched = search(&selection, options, watch)?;
@@ -220,7 +220,7 @@ fn search(selection: &Selection, options: &SensorsOptions, watch: Watch) -> Resu
             watch.progress.advance(u64::from(!std::mem::take(&mut first)));
             !watch.is_stopped()
         };
-        let Some(chosen) = selection.exhaustive(goal, limits, &mut going).map_err(supple::Error::from)? else {
+        let Some(chosen) = selection.exhaustive(goal, limits, &mut going)? else {
             return Err(StudyError::Stopped);
         };
         let bound = value_of(goal, &chosen);
@@ -233,7 +233,7 @@ fn search(selection: &Selection, options: &SensorsOptions, watch: Watch) -> Resu
         !watch.is_stopped()
     };
     // Even if stopped, the best set so far is a result with a certificate.
-    let found = selection.branch_and_bound(goal, limits, most, &mut going).map_err(supple::Error::from)?;
+    let found = selection.branch_and_bound(goal, limits, most, &mut going)?;
     let (bound, proved) = (found.bound, found.proved);
     Ok(Some(Searched { chosen: found.chosen, kind: Search::BranchAndBound, bound, proved }))
 }

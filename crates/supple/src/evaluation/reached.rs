@@ -58,10 +58,14 @@ fn bounds_reached(task: &Task, plan: &Plan) -> Vec<LimitReached> {
     let sides = channels.iter().enumerate().flat_map(|(a, channel)| [(a, channel, false), (a, channel, true)]);
     let reached = sides.filter_map(|(a, channel, upper)| {
         let limit = if upper { bounds.upper()[a] } else { bounds.lower()[a] };
-        let is_held =
-            |t: &usize| plan.policy.clamped[t * channels.len() + a] && plan.trajectory.controls.vector(*t)[a] == limit;
+        // The cost would fall beyond the limit.
+        let price = |t: usize| if upper { -plan.control_slopes.vector(t)[a] } else { plan.control_slopes.vector(t)[a] };
+        let is_held = |&t: &usize| {
+            let is_there = plan.trajectory.controls.vector(t)[a] == limit;
+            is_there && plan.policy.clamped[t * channels.len() + a] && price(t) > 0.0
+        };
         let held: Vec<usize> = (0..task.steps).filter(is_held).collect();
-        let price = held.iter().map(|&t| plan.control_slopes.vector(t)[a].abs()).sum();
+        let price = held.iter().map(|&t| price(t)).sum();
         let (name, steps) = (channel.name.clone(), held.len());
         held.first().map(|&step| LimitReached { name, limit, upper, step, steps, price })
     });

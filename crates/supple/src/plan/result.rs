@@ -81,7 +81,8 @@ impl Plan {
         }
     }
 
-    /// Whether it would cost less without the limits that it keeps.
+    /// Whether it would cost less without the limits of quantities that it keeps; bounds of controls hold it where
+    /// [`Policy::held`] says so.
     #[must_use]
     pub fn is_at_limits(&self) -> bool {
         self.multipliers.as_slice().iter().any(|multiplier| *multiplier > 0.0)

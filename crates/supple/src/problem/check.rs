@@ -24,6 +24,17 @@ impl Task {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
+        self.check_shapes()?;
+        self.check_values(parameters)?;
+        let size = self.system.dimensions();
+        self.noise.check(size, self.steps, parameters).map_err(|unfit| unfit.below("noise"))
+    }
+
+    /// The part of [`check`](Self::check) that takes no time: the number of steps, and all lengths.
+    ///
+    /// # Errors
+    /// As of [`check`](Self::check).
+    pub fn check_shapes(&self) -> Result<(), Unfit> {
         let size = self.system.dimensions();
         let unfit = |key, message: String| Err(Unfit::new(key, message));
         let most = most_steps(size);
@@ -34,50 +45,42 @@ impl Task {
         if let Some(steps) = self.system.steps().filter(|&steps| steps != self.steps) {
             return unfit("steps", format!("must be {steps}, as many as the system has; found {}", self.steps));
         }
-        if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
-            let found = digits(self.information_weight);
-            return unfit("information_weight", format!("must be a number of at least 0; found {found}"));
-        }
-        self.check_values(parameters)?;
-        if let Some(least) = parameters.least(self.time_step).filter(|&least| least <= 0.0) {
-            return unfit("time_step", format!("must be above 0; {}", self.time_step.found(least)));
-        }
-        if let Some(bound) = self.bound
-            && let Some(least) = parameters.least(bound).filter(|&least| least < 0.0)
-        {
-            return unfit("bound", format!("must be at least 0, as every expected cost is; {}", bound.found(least)));
-        }
         if self.initial_state.len() != size.states {
             let found = self.initial_state.len();
-            return unfit(
-                "initial_state",
-                format!("must have {} numbers, one for each state; found {found}", size.states),
-            );
+            let message = format!("must have {} numbers, one for each state; found {found}", size.states);
+            return unfit("initial_state", message);
         }
         self.check_controls()?;
-        self.noise.check(size, self.steps, parameters).map_err(|unfit| unfit.below("noise"))
+        self.noise.check_shapes(size, self.steps).map_err(|unfit| unfit.below("noise"))
     }
 
-    /// Checks that every value is finite at the initial values of the parameters, and uses no parameter that there is not.
+    /// Checks that every number is finite and valid, and uses no parameter that there is not.
     fn check_values(&self, parameters: &Parameters) -> Result<(), Unfit> {
-        let phi = parameters.initial();
-        let check = |value: &Value| match parameters.least(*value).map(|_| value.resolve::<f64>(&phi)) {
-            None => Err("uses a parameter that the problem does not have".to_owned()),
-            Some(number) if !number.is_finite() => Err(format!("must be finite; found {number}")),
-            Some(_) => Ok(()),
-        };
-        check(&self.time_step).map_err(|message| Unfit::new("time_step", message))?;
-        self.bound.iter().try_for_each(check).map_err(|message| Unfit::new("bound", message))?;
-        for (i, value) in self.initial_state.iter().enumerate() {
-            check(value).map_err(|message| Unfit::new("initial_state", message).entry(i))?;
+        if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
+            let message = format!("must be a number of at least 0; found {}", digits(self.information_weight));
+            return Err(Unfit::new("information_weight", message));
         }
-        for (t, i, value) in self
-            .initial_control
-            .iter()
-            .enumerate()
-            .flat_map(|(t, row)| row.iter().enumerate().map(move |(i, value)| (t, i, value)))
-        {
-            check(value).map_err(|message| Unfit::new("initial_control", message).entry(t).entry(i))?;
+        let check = |key, value: Value| parameters.number(value).map_err(|message| Unfit::new(key, message));
+        let least = |value: Value| parameters.least(value).unwrap_or(f64::NAN);
+        check("time_step", self.time_step)?;
+        if least(self.time_step) <= 0.0 {
+            let message = format!("must be above 0; {}", self.time_step.found(least(self.time_step)));
+            return Err(Unfit::new("time_step", message));
+        }
+        if let Some(bound) = self.bound {
+            check("bound", bound)?;
+            if least(bound) < 0.0 {
+                let found = bound.found(least(bound));
+                return Err(Unfit::new("bound", format!("must be at least 0, as every expected cost is; {found}")));
+            }
+        }
+        for (i, &value) in self.initial_state.iter().enumerate() {
+            check("initial_state", value).map_err(|unfit| unfit.entry(i))?;
+        }
+        for (t, row) in self.initial_control.iter().enumerate() {
+            for (i, &value) in row.iter().enumerate() {
+                check("initial_control", value).map_err(|unfit| unfit.entry(t).entry(i))?;
+            }
         }
         Ok(())
     }
@@ -87,6 +90,11 @@ impl Task {
         let (count, steps) = (self.system.dimensions().controls, self.steps);
         let valid = format!("must be one row of {count} numbers, or {steps} such rows");
         let rows = &self.initial_control;
+        if let [row] = &rows[..]
+            && row.len() != count
+        {
+            return Err(Unfit::new("initial_control", format!("{valid}; found {} numbers", row.len())));
+        }
         if let Some(row) = rows.iter().position(|row| row.len() != count) {
             let message = format!("{valid}; this row has {} numbers", rows[row].len());
             return Err(Unfit::new("initial_control", message).entry(row));

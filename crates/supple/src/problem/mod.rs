@@ -152,7 +152,7 @@ impl Problem {
         Self { design, ..self }
     }
 
-    /// Checks that a design has one number per parameter, and [every task](Task::check).
+    /// Checks that a design has one number per parameter, and the [lengths of every task](Task::check_shapes).
     ///
     /// # Errors
     /// What is wrong.
@@ -163,7 +163,7 @@ impl Problem {
         }
         for task in &self.tasks {
             let in_task = |unfit| Error::InTask { task: task.name.clone(), error: Box::new(Error::Unfit(unfit)) };
-            task.check(&self.parameters).map_err(in_task)?;
+            task.check_shapes().map_err(in_task)?;
         }
         Ok(())
     }

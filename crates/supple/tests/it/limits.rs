@@ -252,3 +252,25 @@ fn limits_of_controls_bound_the_law() {
     let slope = (4.0 * slope(5e-4) - slope(1e-3)) / 3.0;
     assert!((reached.price / slope - 1.0).abs() < 1e-5, "price {}, slope {slope}", reached.price);
 }
+
+#[test]
+fn controls_that_cannot_be_within_their_limits_exceed_them() {
+    let limits = [("lower", 30.0), ("upper", 20.0)];
+    let limits = limits.map(|(end, limit)| kept(&format!("kind = \"control\"\n{end} = {limit:?}"))).concat();
+    let problem = shipped_with("two_mass.toml", &limits);
+    assert!(problem.tasks[0].control_bounds.is_none());
+    let at = evaluated(&problem);
+    assert!(!at.status.is_converged() && !at.limits_violated.is_empty(), "{}", at.status);
+}
+
+/// A control that may have one value only is held at the end beyond which the cost would fall.
+#[test]
+fn a_fixed_control_is_held_at_one_end_at_a_time() {
+    let fixed = evaluated(&shipped_with("two_mass.toml", &kept("kind = \"control\"\nlower = 60.0\nupper = 60.0")));
+    let steps: usize = fixed.limits_reached.iter().map(|reached| reached.steps).sum();
+    assert!(
+        steps <= 125 && fixed.limits_reached.iter().all(|reached| reached.price > 0.0),
+        "{:?}",
+        fixed.limits_reached
+    );
+}

@@ -254,7 +254,7 @@ fn a_part_of_the_steps_is_not_a_task() {
     let expected = "noise.process[5]: must be positive semidefinite; its leading 3 x 3 block is not";
     assert_eq!(with(Covariance::Sequence(indefinite), list(9, 1)), expected);
     let initial = NoiseModel { initial: list(8, 3), process: list(8, 3), measurement: list(9, 1), varying: Vec::new() };
-    let expected = "noise.initial: must be 1 matrices of 3 x 3; found 8 of 3 x 3";
+    let expected = "noise.initial: must be 1 matrix of 3 x 3; found 8 of 3 x 3";
     assert_eq!(message(Task { noise: initial, ..task.clone() }), expected);
     let elsewhere = Parameters::default().declare(Parameter::new("p", 1.0, [0.0, 2.0])).into();
     let expected = "initial_state[1]: uses a parameter that the problem does not have";
