@@ -174,6 +174,23 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V], is_above: impl Fn(V) -
     }
 }
 
+/// The numbers of a row, read two at a time: loads limit how fast instructions run.
+#[inline(always)]
+fn places<const N: usize>(row: &[u32; N]) -> [usize; N] {
+    let mut out = [0; N];
+    let (pairs, odd) = row.as_chunks::<2>();
+    for (i, pair) in pairs.iter().enumerate() {
+        // SAFETY: both have 8 bytes.
+        let both = unsafe { pair.as_ptr().cast::<u64>().read_unaligned() };
+        out[2 * i] = (both as u32) as usize;
+        out[2 * i + 1] = (both >> 32) as usize;
+    }
+    if let [last] = odd {
+        out[N - 1] = *last as usize;
+    }
+    out
+}
+
 /// The same for one part of a program, with enough slots.
 #[inline(always)]
 fn execute_part<V: Scalar>(part: &Part, slots: &mut [V]) {
@@ -195,18 +212,21 @@ fn execute_part<V: Scalar>(part: &Part, slots: &mut [V]) {
             rest = later;
             let (fours, odd) = now.as_chunks::<PLACES>().0.as_chunks::<4>();
             for four in fours {
-                for &[to, $($operand),*] in four {
+                for row in four {
+                    let [to, $($operand),*] = places(row);
                     slot!(to) = $value;
                 }
             }
             // Fewer than four: two branches instead of a loop whose end is rarely predicted.
             let (two, one) = odd.as_chunks::<2>();
             if let [two] = two {
-                for &[to, $($operand),*] in two {
+                for row in two {
+                    let [to, $($operand),*] = places(row);
                     slot!(to) = $value;
                 }
             }
-            if let &[[to, $($operand),*]] = one {
+            if let [row] = one {
+                let [to, $($operand),*] = places(row);
                 slot!(to) = $value;
             }
         }};
