@@ -7,6 +7,7 @@ use crate::Error;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
+use crate::settings::PlanSettings;
 
 /// The design parameters in the search's coordinates: each from 0 at its lower bound to 1 at its upper one, linear or
 /// logarithmic.
@@ -63,6 +64,9 @@ pub(crate) fn between(start: &[f64], end: &[f64], share: f64) -> Vec<f64> {
 /// Continuation steps are at most this long in scaled coordinates, so that a plan stays on its branch.
 const CONTINUATION_STEP: f64 = 0.04;
 
+/// Tolerance of the plans before the last one: close enough to their branch to start the next plan from.
+const LOOSE: f64 = 1e-4;
+
 /// A plan that could not be computed on the way to a design.
 pub(crate) struct Failed {
     /// All parameters where it failed.
@@ -88,7 +92,7 @@ pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Plans a task along the straight line between two designs, each plan starting from the one before, in steps that are finer
-/// than the usual ones by a factor; the state is left at the second design.
+/// than the usual ones by a factor; the state is left at the second design, whose plan alone has the tolerance asked for.
 pub(crate) fn continue_plan(
     (problem, task): (&Problem, &Task),
     scaling: &Scaling,
@@ -98,11 +102,14 @@ pub(crate) fn continue_plan(
 ) -> Result<(), Failed> {
     let (start, end) = (scaling.scaled(from), scaling.scaled(to));
     let steps = (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer;
+    let exact = &problem.planning;
+    let loose = PlanSettings { tolerance: exact.tolerance.max(LOOSE), ..exact.clone() };
     let mut controls = controls.clone();
     for step in 1..=steps {
         let share = step as f64 / steps as f64;
-        let phi = if step == steps { to.to_vec() } else { scaling.unscaled(to, &between(&start, &end, share)) };
-        if let Err(error) = state.plan_only(task, &phi, &problem.planning, Some(&controls)) {
+        let way = || (scaling.unscaled(to, &between(&start, &end, share)), &loose);
+        let (phi, settings) = if step == steps { (to.to_vec(), exact) } else { way() };
+        if let Err(error) = state.plan_only(task, &phi, settings, Some(&controls)) {
             return Err(Failed { phi, error });
         }
         if let Err(error) = Error::check_stop() {
