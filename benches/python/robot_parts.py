@@ -6,6 +6,7 @@
 Without files: a double pendulum, UR5, the left arm of Talos, G1 and Talos, fixed in the world. Prints a table of
 milliseconds for all steps, the least of all rounds, and the ratios of crocoddyl's to ours; at the end the same as
 Markdown. `--before PROGRAM` also times the benchmark `parts` of another build, alternately with this one.
+`--same-physics` leaves out damping and dry friction in joints, which crocoddyl does not have.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from public_robots import moving_joints, robot_files, task_text
+from public_robots import Joint, moving_joints, robot_files, task_text
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFAULT = ("double_pendulum_simple", "ur5_robot", "talos_left_arm", "g1_29dof", "talos_full_v2")
@@ -75,6 +76,12 @@ def measured(file: Path, task: Path, programs: list[str], options: argparse.Name
     return timed
 
 
+def without_resistance(text: str, joints: list[Joint]) -> str:
+    """The task with no damping and no dry friction in its joints."""
+    tables = [f"\n[model.joints.{json.dumps(joint.name)}]\ndamping = 0.0\nfriction = 0.0\n" for joint in joints]
+    return text + "".join(tables)
+
+
 def chosen(files: list[Path]) -> list[Path]:
     """The files given, or those of the robots that are compared by default."""
     if files:
@@ -107,6 +114,7 @@ def main() -> None:
     parser.add_argument("--time-step", type=float, default=1e-3)
     parser.add_argument("--core", type=int, default=0)
     parser.add_argument("--before", help="the benchmark `parts` of another build")
+    parser.add_argument("--same-physics", action="store_true", help="no damping and friction in joints")
     options = parser.parse_args()
     options.target, options.weights = 0.2, "standard"
     programs = [built(), *([options.before] if options.before else [])]
@@ -114,7 +122,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for file in chosen(options.files):
             task = Path(folder) / f"{file.stem}.toml"
-            task.write_text(task_text(file, moving_joints(file) or [], options))
+            joints = moving_joints(file) or []
+            text = task_text(file, joints, options)
+            task.write_text(without_resistance(text, joints) if options.same_physics else text)
             for row in rows(file.stem, measured(file, task, programs, options)):
                 table.append(row)
                 name, sizes, part, *numbers = row
