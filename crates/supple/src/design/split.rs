@@ -64,22 +64,19 @@ pub struct Split {
     pub evaluations: usize,
 }
 
-/// Largest share of the change that the parts may leave unexplained without halving intervals: below display precision.
+/// Largest share of the change that the parts may leave unexplained: below display precision.
 const LEFT: f64 = 1e-5;
-/// Maximum number of intervals.
-const MOST_INTERVALS: usize = 64;
+/// The numbers of subdivisions of an interval that are tried one after the other: each has all nodes of the one before.
+const SUBDIVISIONS: [usize; 5] = [4, 8, 16, 32, MOST];
+const MOST: usize = 64;
+/// From this number on, an interval is halved if a subdivision leaves more than half as much unexplained as the one before.
+const FINE: usize = 16;
+/// Maximum number of designs evaluated before intervals are no longer subdivided.
+const MOST_EVALUATIONS: usize = 400;
 /// Intervals up to this length are not halved: what remains unexplained in such a short one is a jump.
 const SHORTEST: f64 = 1e-3;
 /// Smallest change to which the tolerance is relative, nats.
 const NOTHING: f64 = 1e-3;
-/// Gauss and Legendre's nodes and weights on 0 to 1.
-const NODES: [(f64, f64); 5] = [
-    (0.046_910_077_030_668_0, 0.118_463_442_528_094_54),
-    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
-    (0.5, 0.284_444_444_444_444_44),
-    (0.769_234_655_052_841_6, 0.239_314_335_249_683_23),
-    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
-];
 
 /// From one design to another.
 ///
@@ -126,6 +123,37 @@ impl Problem {
     }
 }
 
+/// Place of a node between 0 and 1, the extrema of a Chebyshev polynomial: for a subdivision into n intervals, those
+/// whose numbers are multiples of [`MOST`] / n.
+fn node(number: usize) -> f64 {
+    0.5 * (1.0 - (std::f64::consts::PI * number as f64 / MOST as f64).cos())
+}
+
+/// Clenshaw and Curtis' weights of the n + 1 nodes of a subdivision into n intervals, on 0 to 1; n is even.
+fn weights(n: usize) -> Vec<f64> {
+    let weight = |j: usize| {
+        let term = |k: usize| {
+            let cosine = (2.0 * std::f64::consts::PI * (k * j) as f64 / n as f64).cos();
+            let twice = if 2 * k == n { 1.0 } else { 2.0 };
+            twice * cosine / (4 * k * k - 1) as f64
+        };
+        let own = if j == 0 || j == n { 0.5 } else { 1.0 };
+        own / n as f64 * (1.0 - (1..=n / 2).map(term).sum::<f64>())
+    };
+    (0..=n).map(weight).collect()
+}
+
+/// What is known at a place of the path.
+#[derive(Clone)]
+struct Known {
+    place: f64,
+    /// nats
+    information: f64,
+    /// Slopes of the parts along the path: sensors, uncertainty, plan.
+    slopes: [f64; 3],
+    controls: Matrices,
+}
+
 struct Path<'a> {
     problem: &'a Problem,
     task: &'a Task,
@@ -135,8 +163,6 @@ struct Path<'a> {
     from: &'a [f64],
     to: &'a [f64],
     state: TaskState,
-    /// Position of the state's plan on the path, from 0 to 1.
-    place: f64,
     evaluations: usize,
 }
 
@@ -144,7 +170,7 @@ impl<'a> Path<'a> {
     fn new(problem: &'a Problem, task: &'a Task, from: &'a [f64], to: &'a [f64]) -> Self {
         let scaling = Scaling::of(&problem.parameters);
         let ends = [scaling.scaled(from), scaling.scaled(to)];
-        Self { problem, task, scaling, ends, from, to, state: TaskState::new(task), place: 1.0, evaluations: 0 }
+        Self { problem, task, scaling, ends, from, to, state: TaskState::new(task), evaluations: 0 }
     }
 
     /// Parameters at a place of the path.
@@ -156,61 +182,88 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Continues the plan to a position on the path; returns the information there, nats.
-    fn go(&mut self, place: f64) -> Result<f64, Error> {
-        let (here, there) = (self.at(self.place), self.at(place));
-        let controls = self.state.plan.trajectory.controls.clone();
-        continue_plan((self.problem, self.task), &self.scaling, (&here, &there), (&controls, 1), &mut self.state)
-            .map_err(|failed| failed.explain(self.task, &self.state))?;
-        self.place = place;
-        self.evaluations += 1;
-        Ok(self.state.information.total)
-    }
-
-    /// Slopes of the parts along the path at the current position: sensors, uncertainty, plan.
-    fn slopes(&mut self) -> Result<[f64; 3], Error> {
-        let phi = self.at(self.place);
+    /// What there is at the state's plan, which is at this place.
+    fn look(&mut self, place: f64) -> Result<Known, Error> {
+        let phi = self.at(place);
         let mut total = Vec::new();
         self.state.total_gradient(self.task, &phi, Functional::INFORMATION, &mut total)?;
         let [sensors, uncertainty] = self.state.information_at_rest(self.task, &phi);
         let ends = (&self.ends[0][..], &self.ends[1][..]);
         let [total, sensors, uncertainty] =
             [&total, &sensors, &uncertainty].map(|gradient| self.scaling.slope_along(ends, &phi, gradient));
-        Ok([sensors, uncertainty, total - sensors - uncertainty])
+        let slopes = [sensors, uncertainty, total - sensors - uncertainty];
+        self.evaluations += 1;
+        let controls = self.state.plan.trajectory.controls.clone();
+        Ok(Known { place, information: self.state.information.total, slopes, controls })
+    }
+
+    /// The same at another place, to which the plan is continued.
+    fn go(&mut self, from: &Known, place: f64) -> Result<Known, Error> {
+        let (here, there) = (self.at(from.place), self.at(place));
+        continue_plan((self.problem, self.task), &self.scaling, (&here, &there), (&from.controls, 1), &mut self.state)
+            .map_err(|failed| failed.explain(self.task, &self.state))?;
+        self.look(place)
+    }
+
+    /// The parts over the interval that begins at `start` and ends where `last` is, and what there is at its start; `None`
+    /// if they do not add up, and would over halves of the interval. Calls `tell` with a share of the interval.
+    fn integrate(
+        &mut self,
+        (start, last): (f64, &Known),
+        tolerance: f64,
+        tell: &dyn Fn(f64),
+    ) -> Result<Option<([f64; 3], Known)>, Error> {
+        let length = last.place - start;
+        let mut known: Vec<Option<Known>> = vec![None; MOST + 1];
+        known[MOST] = Some(last.clone());
+        let mut before = f64::INFINITY;
+        for subdivision in SUBDIVISIONS {
+            let stride = MOST / subdivision;
+            let (mut parts, mut first) = ([0.0; 3], last.clone());
+            for (j, weight) in weights(subdivision).into_iter().enumerate().rev() {
+                let number = j * stride;
+                let here = match known[number].take() {
+                    Some(here) => here,
+                    None => self.go(&first, if number == 0 { start } else { start + length * node(number) })?,
+                };
+                parts.iter_mut().zip(here.slopes).for_each(|(sum, slope)| *sum += weight * length * slope);
+                known[number] = Some(here.clone());
+                first = here;
+            }
+            tell(subdivision as f64 / (2 * MOST) as f64);
+            let missed = (last.information - first.information - parts.iter().sum::<f64>()).abs();
+            if missed <= tolerance * length || length <= SHORTEST || self.evaluations >= MOST_EVALUATIONS {
+                return Ok(Some((parts, first)));
+            }
+            if subdivision >= FINE && missed > 0.5 * before {
+                return Ok(None);
+            }
+            before = missed;
+        }
+        Ok(None)
     }
 
     /// `first` is the information of the plan at the first design, nats, and `controls` are those of the plan at the second.
     fn split(mut self, first: f64, controls: &Matrices, tell: &dyn Fn(f64)) -> Result<Split, Error> {
         self.state.evaluate(self.task, self.to, &self.problem.planning, Some(controls))?;
-        let end = self.state.information.total;
-        let total = end - first;
-        let (mut parts, mut left) = ([0.0; 3], end);
-        // From the end to the start, in intervals, each halved until its parts add up.
-        let mut intervals = vec![(0.0, 1.0)];
-        let mut count = 0;
-        while let Some((start, stop)) = intervals.pop() {
-            let kept = (self.state.plan.trajectory.controls.clone(), self.place);
-            let mut found = [0.0; 3];
-            for (node, weight) in NODES.iter().rev() {
-                self.go(start + node * (stop - start))?;
-                let slopes = self.slopes()?;
-                found.iter_mut().zip(slopes).for_each(|(sum, slope)| *sum += weight * (stop - start) * slope);
+        let mut last = self.look(1.0)?;
+        let total = last.information - first;
+        let tolerance = LEFT * total.abs().max(NOTHING);
+        let mut parts = [0.0; 3];
+        // From the second design to the first, in intervals, each halved until its parts add up.
+        let mut starts = vec![0.0];
+        while let Some(&start) = starts.last() {
+            let (length, done) = (last.place - start, 1.0 - last.place);
+            let tell_share = |share: f64| tell(done + share * length);
+            match self.integrate((start, &last), tolerance, &tell_share)? {
+                Some((found, at_start)) => {
+                    parts.iter_mut().zip(found).for_each(|(sum, part)| *sum += part);
+                    last = at_start;
+                    starts.pop();
+                    tell(1.0 - start);
+                }
+                None => starts.push(start + 0.5 * length),
             }
-            let information = self.go(start)?;
-            let missed = (left - information - found.iter().sum::<f64>()).abs();
-            count += 1;
-            let much = missed > LEFT * (stop - start) * total.abs().max(NOTHING);
-            if much && stop - start > SHORTEST && count + intervals.len() < MOST_INTERVALS {
-                let middle = 0.5 * (start + stop);
-                intervals.extend([(start, middle), (middle, stop)]);
-                let (controls, place) = kept;
-                self.state.plan_only(self.task, &self.at(place), &self.problem.planning, Some(&controls))?;
-                self.place = place;
-                continue;
-            }
-            parts.iter_mut().zip(found).for_each(|(sum, part)| *sum += part);
-            left = information;
-            tell(1.0 - start);
         }
         let bits = |nats: f64| nats / std::f64::consts::LN_2;
         Ok(Split {
@@ -222,5 +275,22 @@ impl<'a> Path<'a> {
             jumps_bits: bits(total - parts.iter().sum::<f64>()),
             evaluations: self.evaluations,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MOST, SUBDIVISIONS, node, weights};
+
+    #[test]
+    fn subdivisions_integrate_polynomials() {
+        for n in SUBDIVISIONS {
+            // The integral of x^k from 0 to 1.
+            for power in [0, 1, 3, 5] {
+                let nodes = (0..=n).map(|j| node(j * MOST / n).powi(power));
+                let sum: f64 = weights(n).into_iter().zip(nodes).map(|(weight, value)| weight * value).sum();
+                assert!((sum - 1.0 / f64::from(power + 1)).abs() < 1e-14, "{n} {power}: {sum}");
+            }
+        }
     }
 }
