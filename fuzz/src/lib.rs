@@ -12,6 +12,7 @@ use base64::engine::general_purpose::STANDARD;
 use supple::EvaluateOptions;
 use supple::scene::Scene;
 use supple_explore::Explorer;
+use supple_file::{Files, ReadOptions};
 use supple_robot::LoadOptions;
 use supple_study::{Folder, JOURNAL, LoadedTask, RESULT};
 use tempfile::TempDir;
@@ -144,7 +145,8 @@ pub fn table(data: &[u8]) {
     });
     let csv = Path::new(name).with_file_name("wiping_arm_sensors.csv").display().to_string();
     let text_of = String::from_utf8_lossy(data).into_owned();
-    let read = supple_text::with_texts([(csv, text_of)], || supple_file::parse(text, name));
+    let files = Files::given([(csv, text_of)]);
+    let read = supple_file::parse_with(text, name, ReadOptions { files, ..ReadOptions::default() });
     if let Ok(problem) = read {
         let sensors = problem.catalogue.unwrap_or_default();
         assert!(sensors.iter().all(|sensor| sensor.price.is_finite() && sensor.price >= 0.0));

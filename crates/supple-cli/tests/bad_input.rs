@@ -290,6 +290,18 @@ fn numbers_that_are_not_valid() {
             "must be symmetric up to rounding: [1][0] is 0.5, and [0][1] is `sensor-noise`",
         ),
         linear(
+            ["process = [0.0, 1e-3]", "process_deviation = { x1 = 0.0, \"x-2\" = 0.1 }"],
+            "0.1 }",
+            "tasks[0].noise.process_deviation.x-2",
+            "no state is `x-2`",
+        ),
+        linear(
+            ["process = [0.0, 1e-3]", "process_deviation = [0.1]"],
+            "[0.1]",
+            "tasks[0].noise.process_deviation",
+            "must have 2 standard deviations; found 1",
+        ),
+        linear(
             ["smoothing = 0.1", "smoothing = 0"],
             "{ absolute",
             "tasks[1].costs[0].norm",

@@ -14,7 +14,7 @@ use supple_model::noise::with_deviation;
 use supple_model::parameters::Parameters;
 use supple_model::quantity::{Context, Kinds, Noise, Vocabulary, read_sensor, sensor_schemas};
 use supple_model::value::{Names, OneOrMore, Value};
-use supple_text::{FileError, digits, nearest, quoted, read_text};
+use supple_text::{FileError, digits, nearest, quoted};
 
 use crate::csv_table::{CsvRow, CsvTable};
 
@@ -118,7 +118,7 @@ pub(super) fn equip(
     };
     let path = folder.join(name.as_ref());
     let shown = path.display().to_string();
-    let text = read_text(&path).map_err(|error| document.error_of_file(&place, error))?;
+    let text = document.files().read(&path).map_err(|error| document.error_of_file(&place, error))?;
     let table = CsvTable::parse(&text, &shown)?;
     let table = as_document(&table, document.names());
     let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, kinds, which };

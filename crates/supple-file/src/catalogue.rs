@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use supple_model::document::{Place, Spot};
 use supple_model::parameters::{CatalogueEntry, Parameter};
-use supple_text::{FileError, nearest, read_text};
+use supple_text::{FileError, nearest};
 
 use crate::csv_table::{CsvRow, CsvTable};
 
@@ -43,7 +43,7 @@ impl CatalogueFile {
             }
             Self::Csv(name) => {
                 let path = folder.join(&name);
-                let text = read_text(&path).map_err(|error| document.error_of_file(at, error))?;
+                let text = document.files().read(&path).map_err(|error| document.error_of_file(at, error))?;
                 let name = path.display().to_string();
                 let table = CsvTable::parse(&text, &name)?;
                 parameter.catalogue = entries(&table)?;

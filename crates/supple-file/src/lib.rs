@@ -70,7 +70,7 @@ use supple_model::model::{Kinds, ModelFile, Robot, Source};
 
 pub use candidates::WithSensors;
 pub use schema::{json_schema, json_schema_of};
-pub use supple_text::read_text;
+pub use supple_text::{Files, read_text};
 pub use syntax::parse_document;
 
 pub use supple_model::document::{Document, FileError, Place};
@@ -103,6 +103,8 @@ pub struct ReadOptions {
     pub kinds: Kinds,
     /// The sensors of its catalogue that the robot has; default: those that the file says are chosen.
     pub sensors: WithSensors,
+    /// Where the files that it names are read.
+    pub files: Files,
 }
 
 impl From<Kinds> for ReadOptions {
@@ -209,8 +211,8 @@ pub fn parse(source: &str, name: &str) -> Result<Problem, FileError> {
 /// # Ok::<(), supple_file::FileError>(())
 /// ```
 pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> Result<Problem, FileError> {
-    let ReadOptions { kinds, sensors } = options.into();
-    let document = parse_document(source, name)?;
+    let ReadOptions { kinds, sensors, files } = options.into();
+    let document = parse_document(source, name)?.reading(files);
     let top: Top = document.read(&[])?;
     top.planning.check().map_err(|unfit| unfit.at(&document, &["planning".into()]))?;
     top.design.check().map_err(|unfit| unfit.at(&document, &["design".into()]))?;

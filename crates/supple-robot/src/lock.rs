@@ -7,6 +7,15 @@ use supple_kernels::math;
 /// Relative tolerance on limits: rounding of a file's digits.
 const ROUNDING: f64 = 1e-9;
 
+impl Joint {
+    /// Its default initial position, rad or m: where the file draws it, which is 0 but for MJCF's `ref`; or
+    /// [`Limits::neutral`] if the limits do not allow that.
+    #[must_use]
+    pub fn neutral(&self) -> f64 {
+        if self.reference != 0.0 && self.limits.allow(self.reference) { self.reference } else { self.limits.neutral() }
+    }
+}
+
 impl Limits {
     /// The default initial position of a joint: 0 if the limits allow it, else the middle of the
     /// range, or the finite limit if the other is infinite. Rad or m.

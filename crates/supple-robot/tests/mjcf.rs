@@ -197,6 +197,7 @@ fn angles_are_in_degrees_unless_the_compiler_says_radian() {
     assert_eq!((hinge.reference, hinge.rest), (FRAC_PI_2, PI));
     assert_eq!((slide.limits.lower, slide.limits.upper), (-90.0, 180.0));
     assert_eq!((slide.reference, slide.rest), (90.0, 180.0));
+    assert_eq!((hinge.neutral(), slide.neutral()), (FRAC_PI_2, 90.0), "they start where the file draws them");
     // The last compiler section holds for the whole file, wherever it stands.
     let radian = format!("{class}<compiler angle='degree'/><compiler angle='radian'/>");
     let hinge = &joints(&radian, "<joint ref='2' springref='3'/>")[0];

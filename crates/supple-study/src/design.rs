@@ -445,7 +445,12 @@ impl Ends<'_> {
         };
         self.progress.begin("evaluation of start and optimum", 0, 2);
         let evaluate = |phi: &[f64], controls: Option<Vec<Matrices>>| {
-            let evaluated = problem.evaluate(phi, &EvaluateOptions { controls, ..wanted.clone() });
+            let wanted = EvaluateOptions { controls, ..wanted.clone() };
+            let evaluated = problem.evaluate(phi, &wanted).or_else(|error| match error {
+                supple::Error::Stopped => Err(error),
+                // A plan that has no gradient is a result all the same.
+                _ => problem.evaluate(phi, &EvaluateOptions { total_gradient: false, ..wanted }).map_err(|_| error),
+            });
             self.progress.advance(1);
             evaluated
         };

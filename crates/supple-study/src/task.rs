@@ -3,7 +3,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use supple::parameters::Parameters;
 use supple::{Kinds, Named, Problem, Task};
-use supple_file::read_text;
+use supple_file::{Files, ReadOptions};
 
 use crate::StudyError;
 
@@ -43,6 +43,13 @@ pub struct Source {
     pub path: String,
     /// Its text.
     pub text: String,
+}
+
+impl Source {
+    /// These texts in place of the files.
+    pub(crate) fn files(sources: &[Self]) -> Files {
+        Files::given(sources.iter().map(|source| (source.path.clone(), source.text.clone())))
+    }
 }
 
 /// What a task is, for those who read its results.
@@ -155,16 +162,21 @@ impl LoadedTask {
     /// # Errors
     /// As of [`load`](Self::load).
     pub fn load_with(path: &Path, set: &[(String, f64)], kinds: Kinds) -> Result<Self, StudyError> {
-        let text = supple_text::read_given(path)?;
+        Self::read(path, set, (kinds, Files::default()))
+    }
+
+    fn read(path: &Path, set: &[(String, f64)], (kinds, files): (Kinds, Files)) -> Result<Self, StudyError> {
+        let text = files.read_named(path)?;
         let name = path.display().to_string();
-        let problem = supple_file::parse_with(&text, &name, kinds.clone())?;
+        let options = ReadOptions { kinds: kinds.clone(), files: files.clone(), ..ReadOptions::default() };
+        let problem = supple_file::parse_with(&text, &name, options)?;
         let mut phi = problem.parameters.initial();
         for (name, value) in set {
             problem.parameters.set(&mut phi, name, *value)?;
         }
         let mut sources = vec![Source { path: name, text }];
         for path in &problem.files {
-            sources.push(Source { path: path.display().to_string(), text: read_text(path)? });
+            sources.push(Source { path: path.display().to_string(), text: files.read(path)? });
         }
         Ok(Self { problem, phi, sources, kinds })
     }
@@ -183,8 +195,7 @@ impl LoadedTask {
     /// As of [`restore`](Self::restore).
     pub fn restore_with(sources: &[Source], set: &[(String, f64)], kinds: Kinds) -> Result<Self, StudyError> {
         let Some(first) = sources.first() else { return Err(StudyError::usage("there is no text of a task file")) };
-        let texts = sources.iter().map(|source| (source.path.clone(), source.text.clone()));
-        supple_text::with_texts(texts, || Self::load_with(Path::new(&first.path), set, kinds))
+        Self::read(Path::new(&first.path), set, (kinds, Source::files(sources)))
     }
 
     /// The parameters by name.

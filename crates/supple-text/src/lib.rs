@@ -6,7 +6,7 @@
 //!
 //! | what | main items |
 //! |---|---|
-//! | a file of at most 64 MiB; texts in place of files | [`read_text`], [`read_given`], [`with_texts`] |
+//! | a file of at most 64 MiB; texts in place of files | [`read_text`], [`Files`] |
 //! | something wrong in a file, and where | [`FileError`] |
 //! | names in messages, and the valid name nearest to a wrong one | [`nearest`], [`quoted`], [`owned`] |
 //! | words of a command line | [`shell_word`] |
@@ -32,11 +32,11 @@
 //! ```
 
 use std::borrow::Cow;
-use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 mod numbers;
 mod units;
@@ -145,61 +145,84 @@ impl FileError {
     }
 }
 
-thread_local! {
-    /// Texts used in place of files, by path.
-    static TEXTS: RefCell<HashMap<String, String>> = RefCell::default();
-}
-
-/// Runs `work` on this thread with these texts in place of the files at their paths, such as texts read on another machine.
+/// Where the texts of files are read: on the disk, or where texts are given for some paths, those first.
 ///
 /// ```
-/// use supple_text::{is_file, read_given, read_text, with_texts};
+/// use supple_text::Files;
 ///
-/// let there = [("task.toml".to_owned(), "title = \"Reach\"".to_owned())];
-/// let text = with_texts(there, || {
-///     assert!(is_file("task.toml") && read_given("task.toml".as_ref()).is_ok());
-///     read_text("task.toml")
-/// });
-/// assert_eq!(text?, "title = \"Reach\"");
-/// assert!(!is_file("task.toml"), "afterwards there is no such file");
+/// // Texts that were read on another machine.
+/// let files = Files::given([("task.toml".to_owned(), "title = \"Reach\"".to_owned())]);
+/// assert!(files.has("task.toml") && !Files::default().has("task.toml"));
+/// assert_eq!(files.read("task.toml")?, "title = \"Reach\"");
 /// # Ok::<(), supple_text::FileError>(())
 /// ```
-pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: impl FnOnce() -> T) -> T {
-    /// Restores the previous texts, even if `work` panics.
-    struct Before(HashMap<String, String>);
-    impl Drop for Before {
-        fn drop(&mut self) {
-            TEXTS.set(std::mem::take(&mut self.0));
-        }
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// Texts by path.
+    given: Arc<HashMap<String, String>>,
+}
+
+impl Files {
+    /// These texts in place of the files at their paths.
+    #[must_use]
+    pub fn given(texts: impl IntoIterator<Item = (String, String)>) -> Self {
+        Self { given: Arc::new(texts.into_iter().collect()) }
     }
-    let _before = Before(TEXTS.replace(texts.into_iter().collect()));
-    work()
+
+    /// Whether there is such a file.
+    #[must_use]
+    pub fn has(&self, path: impl AsRef<Path>) -> bool {
+        let path = path.as_ref();
+        self.given.contains_key(&path.display().to_string()) || path.is_file()
+    }
+
+    /// The text of a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is not a regular file (reading a pipe could block), is not UTF-8 text, or is larger than
+    /// 64 MiB.
+    pub fn read(&self, path: impl AsRef<Path>) -> Result<String, FileError> {
+        let path = path.as_ref();
+        if std::fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+            return Err(FileError::unreadable(
+                &path.display().to_string(),
+                "it is not a regular file but a pipe, socket or device",
+            ));
+        }
+        self.read_named(path)
+    }
+
+    /// Like [`read`](Self::read), for a path that the user named: it may also be a pipe.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), except that pipes are allowed.
+    pub fn read_named(&self, path: impl AsRef<Path>) -> Result<String, FileError> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        if let Some(text) = self.given.get(&name) {
+            return Ok(text.clone());
+        }
+        let unreadable = |error| FileError::unreadable(&name, error);
+        let mut bytes = Vec::new();
+        let file = std::fs::File::open(path).map_err(unreadable)?;
+        file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        if bytes.len() as u64 > LARGEST {
+            return Err(FileError::unreadable(&name, "it is larger than 64 MiB"));
+        }
+        String::from_utf8(bytes).map_err(|error| {
+            let start = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes());
+            FileError::at(&name, &text, start..start + 1, String::new(), "must be UTF-8; this byte is invalid")
+        })
+    }
 }
 
-/// Whether the file exists or [`with_texts`] provides its text.
-///
-/// Example: [`with_texts`].
-pub fn is_file(path: impl AsRef<Path>) -> bool {
-    let path = path.as_ref();
-    TEXTS.with_borrow(|texts| texts.contains_key(&path.display().to_string())) || path.is_file()
-}
-
-/// The text of a file, or the text that [`with_texts`] provides for it.
+/// The text of a file on the disk: [`Files::read`].
 ///
 /// # Errors
-/// If it cannot be read, is not a regular file (reading a pipe could block), is not UTF-8 text, or is larger than
-/// 64 MiB.
-///
-/// Example: [`with_texts`].
+/// Those of [`Files::read`].
 pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
-    let path = path.as_ref();
-    if std::fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
-        return Err(FileError::unreadable(
-            &path.display().to_string(),
-            "it is not a regular file but a pipe, socket or device",
-        ));
-    }
-    read_given(path)
+    Files::default().read(path)
 }
 
 /// A word as a shell takes it.
@@ -220,31 +243,6 @@ pub fn shell_word(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', "'\\''"))
     }
-}
-
-/// Like [`read_text`], for a path that the user gave: it may also be a pipe.
-///
-/// # Errors
-/// Those of [`read_text`], except that pipes are allowed.
-///
-/// Example: [`with_texts`].
-pub fn read_given(path: &Path) -> Result<String, FileError> {
-    let name = path.display().to_string();
-    if let Some(text) = TEXTS.with_borrow(|texts| texts.get(&name).cloned()) {
-        return Ok(text);
-    }
-    let unreadable = |error| FileError::unreadable(&name, error);
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(FileError::unreadable(&name, "it is larger than 64 MiB"));
-    }
-    String::from_utf8(bytes).map_err(|error| {
-        let start = error.utf8_error().valid_up_to();
-        let text = String::from_utf8_lossy(error.as_bytes());
-        FileError::at(&name, &text, start..start + 1, String::new(), "must be UTF-8; this byte is invalid")
-    })
 }
 
 /// Suggests the valid name closest to an invalid one, if one is close enough.

@@ -7,7 +7,7 @@ use crate::Error;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
-use crate::settings::PlanSettings;
+use crate::settings::PlanMode;
 
 /// The design parameters in the search's coordinates: each from 0 at its lower bound to 1 at its upper one, linear or
 /// logarithmic.
@@ -64,7 +64,7 @@ pub(crate) fn between(start: &[f64], end: &[f64], share: f64) -> Vec<f64> {
 /// Continuation steps are at most this long in scaled coordinates, so that a plan stays on its branch.
 const CONTINUATION_STEP: f64 = 0.04;
 
-/// Tolerance of the plans before the last one: close enough to their branch to start the next plan from.
+/// Tolerance of nominal plans without limits before the last one: close enough to their branch to start the next from.
 const LOOSE: f64 = 1e-4;
 
 /// A plan that could not be computed on the way to a design.
@@ -103,12 +103,15 @@ pub(crate) fn continue_plan(
     let (start, end) = (scaling.scaled(from), scaling.scaled(to));
     let steps = (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer;
     let exact = &problem.planning;
-    let loose = PlanSettings { tolerance: exact.tolerance.max(LOOSE), ..exact.clone() };
+    // Limits, beliefs and risks have tolerances of their own, which follow from that of the plan.
+    let is_plain = exact.plan == PlanMode::Nominal && task.system.constraints().is_none();
+    let loose = exact.to_tolerance(if is_plain { exact.tolerance.max(LOOSE) } else { exact.tolerance });
     let mut controls = controls.clone();
     for step in 1..=steps {
+        let is_last = step == steps;
         let share = step as f64 / steps as f64;
-        let way = || (scaling.unscaled(to, &between(&start, &end, share)), &loose);
-        let (phi, settings) = if step == steps { (to.to_vec(), exact) } else { way() };
+        let phi = if is_last { to.to_vec() } else { scaling.unscaled(to, &between(&start, &end, share)) };
+        let settings = if is_last { exact } else { &loose };
         if let Err(error) = state.plan_only(task, &phi, settings, Some(&controls)) {
             return Err(Failed { phi, error });
         }

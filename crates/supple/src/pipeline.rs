@@ -234,7 +234,8 @@ impl TaskState {
         Ok(())
     }
 
-    /// The amount by which noise lowers the cost of a plan that is held at limits or at bounds of its controls: see [`CostParts::lowered`].
+    /// The amount by which noise lowers the cost of a plan that is held at limits, or at bounds of its controls: see
+    /// [`CostParts::lowered`].
     pub(crate) fn lowered(&self) -> Option<f64> {
         self.cost.lowered().filter(|_| self.plan.is_at_limits() || self.plan.policy.held().is_some())
     }

@@ -64,18 +64,19 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
         ))
     };
     let mut warnings: Vec<String> = task.system.wanted_forces(phi).into_iter().filter_map(missed).collect();
-    warnings.extend(deep_warnings(task, phi));
+    warnings.extend(deep_warnings(task, phi, reports));
     warnings
 }
 
 /// At the start, a contact is considered a mistake if it is deeper than `DEEP` times its smoothing and its force exceeds
-/// `MORE` times the force that a cost tracks there, or if its force exceeds `FAR_MORE` times that at any depth.
+/// `MORE` times the force that a cost tracks there, or if its force exceeds `FAR_MORE` times that at any depth. It is none
+/// if the plan keeps that force up: the contact then carries a weight.
 const DEEP: f64 = 5.0;
 const MORE: f64 = 2.0;
 const FAR_MORE: f64 = 10.0;
 
 /// A warning for each contact that is deep inside its wall at the start.
-fn deep_warnings(task: &Task, phi: &[f64]) -> Vec<String> {
+fn deep_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
     if task.system.contacts().is_empty() {
         return Vec::new();
     }
@@ -85,6 +86,10 @@ fn deep_warnings(task: &Task, phi: &[f64]) -> Vec<String> {
         let name = task.system.contacts().get(contact)?.name.clone();
         let targets = wanted.iter().filter(|wanted| wanted.contact == contact).map(|wanted| wanted.target);
         let target = targets.fold(0.0, f64::max);
+        let kept = reports.get(contact).map_or(0.0, |report| report.mean_force * report.share_of_time);
+        if target == 0.0 && state.force <= MORE * kept {
+            return None;
+        }
         let depth = -state.clearance;
         let is_deep = state.smoothing > 0.0 && depth > DEEP * state.smoothing && state.force > MORE * target;
         let is_strong = target > 0.0 && state.force > FAR_MORE * target;

@@ -37,7 +37,10 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     let robot = if is_task {
         robot_of(&read_text(&options.file)?, &options.file.display().to_string())?
     } else {
-        load(&options.file, &LoadOptions { package_roots, independent_mimic: options.independent_mimic })?
+        load(
+            &options.file,
+            &LoadOptions { package_roots, independent_mimic: options.independent_mimic, ..LoadOptions::default() },
+        )?
     };
     if let Some(RobotFormat::Mjcf) = options.to {
         return write(robot, options);

@@ -260,7 +260,7 @@ impl Reader<'_> {
         let mut without = followed.clone();
         let boxed: Vec<_> = without.iter_mut().flat_map(Followed::take_control_bounds).collect();
         let mut control_bounds = bounds_of(&of_model, &boxed, size.controls);
-        // What no control can satisfy is a limit that the plan exceeds, as of any quantity.
+        // Bounds that exclude one another remain limits: the plan then reports which of them it exceeds.
         match control_bounds.as_ref().is_none_or(ControlBounds::can_be_kept) {
             true => followed = without,
             false => control_bounds = bounds_of(&of_model, &[], size.controls),

@@ -91,7 +91,7 @@ impl Reader<'_> {
                         return Err(wrong(&[], format!("{message} `{key}`")));
                     }
                 }
-                self.read_covariance(key, rows, names).map(Some)
+                self.read_covariance(deviation_key, rows, names).map(Some)
             }
         }
     }
@@ -153,8 +153,10 @@ impl Reader<'_> {
         };
         let mut at: Vec<Place> = ["tasks".into(), self.index.into(), "noise".into()].into_iter().chain(place).collect();
         let deviations = [at[0], at[1], at[2], deviation.into()];
+        let mut message = message;
         if self.document.get(&deviations).is_some() {
             at[3] = deviation.into();
+            message = message.replace("variances", "standard deviations");
         }
         if let (Some(Content::Table(table)), [.., Place::Index(state)]) =
             (self.document.get(&at[..4.min(at.len())]).map(Spanned::get_ref), &at[..])

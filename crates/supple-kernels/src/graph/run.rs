@@ -180,10 +180,10 @@ fn places<const N: usize>(row: &[u32; N]) -> [usize; N] {
     let mut out = [0; N];
     let (pairs, odd) = row.as_chunks::<2>();
     for (i, pair) in pairs.iter().enumerate() {
-        // SAFETY: both have 8 bytes.
-        let both = unsafe { pair.as_ptr().cast::<u64>().read_unaligned() };
-        out[2 * i] = (both as u32) as usize;
-        out[2 * i + 1] = (both >> 32) as usize;
+        // SAFETY: two numbers are 8 bytes.
+        let both = u64::from_le(unsafe { pair.as_ptr().cast::<u64>().read_unaligned() });
+        out[2 * i] = u32::from_le(both as u32) as usize;
+        out[2 * i + 1] = u32::from_le((both >> 32) as u32) as usize;
     }
     if let [last] = odd {
         out[N - 1] = *last as usize;

@@ -52,7 +52,7 @@ impl Selection {
             Goal::LeastPrice { .. } => self.price(&(0..count).collect::<Vec<_>>()),
             _ => goal.merit(self.worth(&vec![false; count])) - goal.merit(self.worth(&vec![true; count])),
         };
-        let slack = TOLERANCE * span.abs();
+        let slack = if span.is_finite() { TOLERANCE * span.abs() } else { 0.0 };
         let mut open = vec![self.node(goal, Region::whole(&self.candidates, limits))];
         let mut closed = f64::INFINITY;
         let mut looked = 1;

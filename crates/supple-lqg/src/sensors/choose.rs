@@ -1,5 +1,6 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use supple_kernels::halt;
 
 use super::{Memory, Selection, Worth};
 use crate::Error;
@@ -91,7 +92,7 @@ impl Goal {
 impl Selection {
     /// Takes one sensor after the other, by gain and by gain per unit of price, and keeps the better of the two sets.
     /// Sensors without which the set is as good are left out. `None` where neither set reaches the bound of
-    /// [`Goal::LeastPrice`], which does not prove that none does.
+    /// [`Goal::LeastPrice`], which does not prove that none does. A requested stop ends it early.
     #[must_use]
     pub fn greedy(&self, goal: Goal, limits: Limits) -> Option<Chosen> {
         let both = [Rule::Gain, Rule::GainPerPrice].map(|rule| self.greedy_by(goal, limits, rule));
@@ -115,7 +116,7 @@ impl Selection {
         let mut z = vec![0.0; count];
         let (mut sensors, mut price, mut tried) = (Vec::new(), 0.0, 1);
         let mut worth = self.worth_with(&z, &mut self.memory(false));
-        while !goal.is_met(worth) {
+        while !goal.is_met(worth) && !halt::is_requested() {
             let fits = |one: &usize| z[*one] == 0.0 && limits.fits(price, sensors.len(), self.candidates[*one].price);
             let open: Vec<usize> = (0..count).filter(fits).collect();
             let with = |memory: &mut Vec<Memory>, &one: &usize| {

@@ -145,11 +145,16 @@ impl Selection {
     }
 
     fn sum(&self, each: impl Iterator<Item = Worth>) -> Worth {
-        let zero = Worth::default();
-        each.zip(&self.weights).fold(zero, |sum, (worth, weight)| Worth {
-            cost: sum.cost + worth.cost,
-            information: sum.information + weight * worth.information,
-        })
+        let mut sum = Worth::default();
+        for (worth, weight) in each.zip(&self.weights) {
+            // Even a plant that has no weight must have a filter.
+            if worth == Worth::NONE {
+                return Worth::NONE;
+            }
+            sum.cost += worth.cost;
+            sum.information += weight * worth.information;
+        }
+        sum
     }
 
     /// Adds the gradient of `of.cost` times the cost and `of.information` times the information.

@@ -1,6 +1,7 @@
 use std::cell::RefCell;
 
 use slsqp::{Func, StopTols};
+use supple_kernels::halt;
 
 use super::{Candidate, Goal, Limits, Selection, Weights};
 
@@ -162,7 +163,10 @@ impl Relaxing<'_> {
 
     /// Merit and its gradient by the free weights.
     fn merit(&mut self, free: &[f64], gradient: Option<&mut [f64]>, scale: f64) -> f64 {
-        self.visit(free);
+        // Once a stop is requested, the bound stays what it is: SLSQP ends as nothing changes.
+        if !halt::is_requested() {
+            self.visit(free);
+        }
         if let Some(out) = gradient {
             for (out, &one) in out.iter_mut().zip(&self.free) {
                 *out = self.last.2[one] / scale;
@@ -199,8 +203,13 @@ impl Selection {
             let mut losses = vec![0.0; prices.len()];
             for one in (0..prices.len()).filter(|one| !held.contains(one)) {
                 z[one] = 1.0;
-                losses[one] = here - self.worth_with(&z, &mut memory).information;
+                let with = self.worth_with(&z, &mut memory).information;
                 z[one] = 0.0;
+                // What cannot be computed might be anything.
+                if with == f64::NEG_INFINITY {
+                    return f64::INFINITY;
+                }
+                losses[one] = here - with;
             }
             here - region.least(&losses, &prices)
         };
@@ -229,6 +238,9 @@ impl Selection {
         if !relaxing.free.is_empty() && relaxing.best.bound < f64::INFINITY {
             let mut from = first;
             for _ in 0..RUNS {
+                if halt::is_requested() {
+                    break;
+                }
                 let before = relaxing.best.bound;
                 minimise(&mut relaxing, &from, by_price);
                 if relaxing.best.bound - before <= 1e-6 * relaxing.best.bound.abs() {

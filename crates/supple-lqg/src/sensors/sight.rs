@@ -39,7 +39,7 @@ pub struct Worth {
 
 impl Worth {
     /// Of sensors with which the filter fails: worse than any other, whatever the goal.
-    const NONE: Self = Self { cost: f64::INFINITY, information: f64::NEG_INFINITY };
+    pub(super) const NONE: Self = Self { cost: f64::INFINITY, information: f64::NEG_INFINITY };
 }
 
 /// Memory for one thread.

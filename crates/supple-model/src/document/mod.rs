@@ -47,7 +47,7 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use serde::de::DeserializeOwned;
-use supple_text::{nearest, quoted};
+use supple_text::{Files, nearest, quoted};
 
 use crate::value::{Names, as_key};
 use read_error::join;
@@ -86,6 +86,8 @@ pub struct Document<'a> {
     of_cells: bool,
     /// The names that values may use.
     names: Option<Rc<Names>>,
+    /// Where the files that it names are read.
+    files: Files,
 }
 
 /// A table of a document, by its place: where an error about it points.
@@ -109,7 +111,14 @@ impl<'a> Document<'a> {
     /// A document parsed from `text`; errors call the file `name`. `supple_file::parse_document` reads TOML.
     #[must_use]
     pub fn new(name: &'a str, text: &'a str, root: Table<'a>) -> Self {
-        Self { name, text, root: Spanned::new(0..0, Content::Table(root)), of_cells: false, names: None }
+        Self {
+            name,
+            text,
+            root: Spanned::new(0..0, Content::Table(root)),
+            of_cells: false,
+            names: None,
+            files: Files::default(),
+        }
     }
 
     /// A document made of table cells of another format. A cell is read as whatever type is requested: text, a number,
@@ -123,6 +132,18 @@ impl<'a> Document<'a> {
     #[must_use]
     pub fn naming(self, names: Rc<Names>) -> Self {
         Self { names: Some(names), ..self }
+    }
+
+    /// The same document, but the files that it names are read there.
+    #[must_use]
+    pub fn reading(self, files: Files) -> Self {
+        Self { files, ..self }
+    }
+
+    /// Where the files that it names are read.
+    #[must_use]
+    pub fn files(&self) -> &Files {
+        &self.files
     }
 
     /// The names that its values may use.

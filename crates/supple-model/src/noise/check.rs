@@ -34,6 +34,7 @@ impl NoiseModel {
     /// ```
     pub fn check(&self, size: Dimensions, steps: usize, parameters: &Parameters) -> Result<(), Unfit> {
         self.check_shapes(size, steps)?;
+        self.check_numbers(parameters)?;
         self.rules(size, steps).into_iter().try_for_each(|(rule, covariance)| rule.check_values(covariance, parameters))
     }
 
@@ -48,6 +49,25 @@ impl NoiseModel {
             if let Some((key, place, count)) = places.into_iter().find(|(_, place, count)| place >= count) {
                 let message = format!("must be below {count}, the number of {key}s; found {place}");
                 return Err(Unfit::new(key, message).below(number).below("varying"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that all entries are numbers, and use no parameter that there is not.
+    ///
+    /// # Errors
+    /// As of [`check`](Self::check).
+    pub fn check_numbers(&self, parameters: &Parameters) -> Result<(), Unfit> {
+        for (key, covariance) in
+            [("initial", &self.initial), ("process", &self.process), ("measurement", &self.measurement)]
+        {
+            check_numbers(covariance, parameters).map_err(|unfit| unfit.below(key))?;
+        }
+        for (number, &VaryingVariance { center, coefficient, .. }) in self.varying.iter().enumerate() {
+            for (key, value) in [("center", center), ("coefficient", coefficient)] {
+                let wrong = |message| Unfit::new(key, message).below(number).below("varying");
+                parameters.number(value).map_err(wrong)?;
             }
         }
         Ok(())
@@ -114,9 +134,6 @@ impl Rule {
                 }
             }
             Covariance::Full(rows) => {
-                for (i, j) in (0..order).flat_map(|i| (0..order).map(move |j| (i, j))) {
-                    parameters.number(rows[i][j]).map_err(|message| self.unfit(message).entry(i).entry(j))?;
-                }
                 for (i, row) in rows.iter().enumerate() {
                     self.variance(row[i], parameters).map_err(|message| self.unfit(message).entry(i).entry(i))?;
                 }
@@ -135,7 +152,6 @@ impl Rule {
 
     /// Checks a variance, given the parameters' bounds.
     fn variance(self, variance: Value, parameters: &Parameters) -> Result<(), String> {
-        parameters.number(variance)?;
         let Some(least) = parameters.least(variance) else { return Ok(()) };
         let valid = match self.definite {
             true if least <= 0.0 => "must be above 0, as every sensor has some noise",
@@ -143,6 +159,21 @@ impl Rule {
             _ => return Ok(()),
         };
         Err(format!("{valid}; {}", variance.found(least)))
+    }
+}
+
+/// Checks that the entries of a covariance are numbers, and use no parameter that there is not.
+fn check_numbers(covariance: &Covariance, parameters: &Parameters) -> Result<(), Unfit> {
+    let check = |value: Value| parameters.number(value).map(drop).map_err(Unfit::here);
+    match covariance {
+        Covariance::Diagonal(variances) => {
+            variances.iter().enumerate().try_for_each(|(i, &value)| check(value).map_err(|unfit| unfit.entry(i)))
+        }
+        Covariance::Full(rows) => rows.iter().enumerate().try_for_each(|(i, row)| {
+            let mut entries = row.iter().enumerate();
+            entries.try_for_each(|(j, &value)| check(value).map_err(|unfit| unfit.entry(i).entry(j)))
+        }),
+        Covariance::Sequence(_) => Ok(()),
     }
 }
 

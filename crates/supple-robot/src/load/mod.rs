@@ -19,7 +19,7 @@ mod xml;
 
 use std::path::{Path, PathBuf};
 
-use supple_text::{FileError, read_text};
+use supple_text::{FileError, Files};
 
 use crate::Robot;
 
@@ -32,6 +32,8 @@ pub struct LoadOptions {
     pub package_roots: Vec<PathBuf>,
     /// Whether mimic joints move independently.
     pub independent_mimic: bool,
+    /// Where the robot's file and those it includes are read.
+    pub files: Files,
 }
 
 /// Reads a robot from a file; its root element determines the format: `robot` is URDF, `sdf` SDF, `mujoco` MJCF.
@@ -49,7 +51,7 @@ pub struct LoadOptions {
 /// ```
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Robot, FileError> {
     let path = path.as_ref();
-    parse(&read_text(path)?, &path.display().to_string(), options)
+    parse(&options.files.read(path)?, &path.display().to_string(), options)
 }
 
 /// Reads a robot from text; errors call the file `name`, and meshes are looked up in its folder.

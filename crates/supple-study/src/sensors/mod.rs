@@ -37,13 +37,13 @@ use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth, every_measurement, select};
 use supple_file::{ReadOptions, WithSensors};
-use supple_text::{digits, with_texts};
+use supple_text::digits;
 
 mod report;
 
 pub use report::{Certificate, Search, SensorSet, SensorValue, Sensors, SetBy};
 
-use crate::{LoadedTask, StudyError, Watch};
+use crate::{LoadedTask, Source, StudyError, Watch};
 
 /// What a set of sensors is chosen for.
 ///
@@ -151,6 +151,9 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
     let none = selection.worth(&vec![false; selection.candidates.len()]);
     let all: Vec<usize> = (0..selection.candidates.len()).collect();
     let greedy = selection.greedy(goal, limits);
+    if watch.is_stopped() {
+        return Err(StudyError::Stopped);
+    }
     if greedy.is_none() && options.method == SensorMethod::Greedy {
         return Err(selection.not_found(goal).into());
     }
@@ -187,9 +190,9 @@ fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<St
         return Ok((selection, kinds));
     };
     // The task as it was read has the chosen sensors only.
-    let texts = sources.iter().map(|source| (source.path.clone(), source.text.clone()));
-    let options = ReadOptions { kinds: kinds.clone(), sensors: WithSensors::All };
-    let problem = with_texts(texts, || supple_file::parse_with(&first.text, &first.path, options))?;
+    let files = Source::files(sources);
+    let options = ReadOptions { kinds: kinds.clone(), sensors: WithSensors::All, files };
+    let problem = supple_file::parse_with(&first.text, &first.path, options)?;
     let sensors = problem.catalogue.clone().unwrap_or_default();
     let kinds = sensors.iter().map(|sensor| sensor.kind.clone()).collect();
     let candidates =

@@ -41,8 +41,9 @@ fn part(matrices: &Matrices, t: usize, cols: usize) -> DMatrix<f64> {
 }
 
 /// Eigenvalues of the observability Gramian `sum Phi_t' C' V^-1 C Phi_t`, `Phi_t = A_{t-1}...A_0`, each state scaled
-/// by its initial standard deviation if that is not 0. Empty if it is not finite, as over long horizons of
-/// unstable systems.
+/// by its initial standard deviation if that is not 0. Over many steps, modes that grow hide all others by rounding, although
+/// more steps never show less. So if fewer steps (1, 2, 4, ..) show more directions, those with the best condition are taken.
+/// Empty if the Gramian of the first step is not finite.
 fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let size = plan.knots.dimensions;
     let (n, p) = (size.states, size.measurements);
@@ -50,24 +51,27 @@ fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
         let deviation = noise.initial.get(0, i, i).max(0.0).sqrt();
         if i == j { if deviation > 0.0 { deviation } else { 1.0 } } else { 0.0 }
     });
-    let mut gramian = DMatrix::zeros(n, n);
-    for t in 0..=plan.trajectory.steps() {
+    let mut gramian: DMatrix<f64> = DMatrix::zeros(n, n);
+    let steps = plan.trajectory.steps();
+    let mut found: Vec<Seen> = Vec::new();
+    for t in 0..=steps {
         let seen = part(&plan.knots.measurement, t, n) * &phi;
         let Some(v) = part(&noise.measurement, t, p).cholesky() else { return Vec::new() };
         gramian += seen.transpose() * v.solve(&seen);
-        if t < plan.trajectory.steps() {
+        if gramian.iter().any(|entry| !entry.is_finite()) {
+            break;
+        }
+        if t == steps || (t + 1).is_power_of_two() {
+            found.push(Seen::of(gramian.clone()));
+        }
+        if t < steps {
             phi = part(&plan.knots.dynamics, t, n) * phi;
         }
     }
-    if gramian.iter().any(|entry| !entry.is_finite()) {
-        return Vec::new();
-    }
-    let eigen = gramian.symmetric_eigen();
-    let largest = eigen.eigenvalues.max();
-    let seen = |value: &f64| *value > 1e-12 * largest;
-    let rank = eigen.eigenvalues.iter().filter(|&value| seen(value)).count();
-    let smallest = eigen.eigenvalues.iter().copied().filter(seen).fold(f64::INFINITY, f64::min);
-    let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).iamax();
+    let rank = found.iter().map(|seen| seen.rank).max().unwrap_or(0);
+    let whole = found.last().filter(|seen| seen.rank == rank);
+    let best = found.iter().filter(|seen| seen.rank == rank).min_by(|a, b| a.condition.total_cmp(&b.condition));
+    let Some(&Seen { condition, direction, .. }) = whole.or(best) else { return Vec::new() };
     let state = task.system.state_names().get(direction).cloned().unwrap_or_default();
     let rank_note = if rank == n {
         "all states are observable".to_owned()
@@ -79,8 +83,29 @@ fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let worst = format!("least observable: mostly {state}");
     let note = if rank == n { worst } else { format!("over the observable directions; {worst}") };
     if rank > 0 {
-        let value = largest / smallest;
-        facts.push(Fact { name: "condition of the observability Gramian".into(), value, note });
+        facts.push(Fact { name: "condition of the observability Gramian".into(), value: condition, note });
     }
     facts
+}
+
+/// What a Gramian shows.
+struct Seen {
+    /// How many directions.
+    rank: usize,
+    /// Over these, the ratio of its eigenvalues.
+    condition: f64,
+    /// The state that most of the least observable direction is.
+    direction: usize,
+}
+
+impl Seen {
+    fn of(gramian: DMatrix<f64>) -> Self {
+        let eigen = gramian.symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        let seen = |value: &f64| *value > 1e-12 * largest;
+        let rank = eigen.eigenvalues.iter().filter(|&value| seen(value)).count();
+        let smallest = eigen.eigenvalues.iter().copied().filter(seen).fold(f64::INFINITY, f64::min);
+        let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).iamax();
+        Self { rank, condition: largest / smallest, direction }
+    }
 }

@@ -69,8 +69,10 @@ const LEFT: f64 = 1e-5;
 /// The numbers of subdivisions of an interval that are tried one after the other: each has all nodes of the one before.
 const SUBDIVISIONS: [usize; 5] = [4, 8, 16, 32, MOST];
 const MOST: usize = 64;
-/// From this number on, an interval is halved if a subdivision leaves more than half as much unexplained as the one before.
-const FINE: usize = 16;
+/// An interval is halved if a subdivision leaves more than this share of what the one before left unexplained.
+const FEWER: f64 = 0.8;
+/// Each part may differ by this many tolerances from that of half as many nodes, whose error is far greater.
+const SETTLED: f64 = 100.0;
 /// Maximum number of designs evaluated before intervals are no longer subdivided.
 const MOST_EVALUATIONS: usize = 400;
 /// Intervals up to this length are not halved: what remains unexplained in such a short one is a jump.
@@ -182,7 +184,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// What there is at the state's plan, which is at this place.
+    /// What is known at a place, which is that of the state's plan.
     fn look(&mut self, place: f64) -> Result<Known, Error> {
         let phi = self.at(place);
         let mut total = Vec::new();
@@ -205,8 +207,8 @@ impl<'a> Path<'a> {
         self.look(place)
     }
 
-    /// The parts over the interval that begins at `start` and ends where `last` is, and what there is at its start; `None`
-    /// if they do not add up, and would over halves of the interval. Calls `tell` with a share of the interval.
+    /// The parts over the interval from `start` to where `last` is, and what is known at its start; `None` if the interval
+    /// has to be halved, as more nodes do not help. Calls `tell` with the share of the interval that is done.
     fn integrate(
         &mut self,
         (start, last): (f64, &Known),
@@ -216,29 +218,32 @@ impl<'a> Path<'a> {
         let length = last.place - start;
         let mut known: Vec<Option<Known>> = vec![None; MOST + 1];
         known[MOST] = Some(last.clone());
-        let mut before = f64::INFINITY;
+        let (mut before, mut earlier) = (f64::INFINITY, [f64::INFINITY; 3]);
         for subdivision in SUBDIVISIONS {
             let stride = MOST / subdivision;
-            let (mut parts, mut first) = ([0.0; 3], last.clone());
+            let mut parts = [0.0; 3];
             for (j, weight) in weights(subdivision).into_iter().enumerate().rev() {
                 let number = j * stride;
-                let here = match known[number].take() {
-                    Some(here) => here,
-                    None => self.go(&first, if number == 0 { start } else { start + length * node(number) })?,
-                };
-                parts.iter_mut().zip(here.slopes).for_each(|(sum, slope)| *sum += weight * length * slope);
-                known[number] = Some(here.clone());
-                first = here;
+                if known[number].is_none() {
+                    let place = if j == 0 { start } else { start + length * node(number) };
+                    let above = known[number + stride].as_ref().unwrap_or(last);
+                    known[number] = Some(self.go(above, place)?);
+                }
+                let slopes = known[number].as_ref().map_or([f64::NAN; 3], |here| here.slopes);
+                parts.iter_mut().zip(slopes).for_each(|(sum, slope)| *sum += weight * length * slope);
             }
             tell(subdivision as f64 / (2 * MOST) as f64);
+            let Some(first) = &known[0] else { break };
             let missed = (last.information - first.information - parts.iter().sum::<f64>()).abs();
-            if missed <= tolerance * length || length <= SHORTEST || self.evaluations >= MOST_EVALUATIONS {
-                return Ok(Some((parts, first)));
+            let moved = parts.iter().zip(earlier).map(|(part, before)| (part - before).abs()).fold(0.0, f64::max);
+            let add_up = missed <= tolerance * length && moved <= SETTLED * tolerance * length;
+            if add_up || length <= SHORTEST || self.evaluations >= MOST_EVALUATIONS {
+                return Ok(Some((parts, first.clone())));
             }
-            if subdivision >= FINE && missed > 0.5 * before {
-                return Ok(None);
+            if missed > FEWER * before {
+                break;
             }
-            before = missed;
+            (before, earlier) = (missed, parts);
         }
         Ok(None)
     }

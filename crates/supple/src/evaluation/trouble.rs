@@ -1,6 +1,6 @@
 use supple_kernels::{Matrices, Scratch};
 use supple_model::system::KeptEnd;
-use supple_text::digits;
+use supple_text::{digits, short};
 
 use crate::pipeline::TaskState;
 use crate::plan::{Plan, PlanStatus};
@@ -61,7 +61,7 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
             "task `{}`: noise would lower the cost, by {}: the cost is not convex along the plan, so expected cost \
              and information are not valid. Relax the active limits of the plan, or reduce the costs that act against them",
             task.name,
-            digits(part)
+            short(part, 3)
         )
     });
     let mut warnings: Vec<String> = broken

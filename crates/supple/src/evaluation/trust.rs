@@ -20,6 +20,10 @@ const CHANCE: f64 = 3.0;
 const MORE: f64 = 1.2;
 /// How far the filter's consistency may be from 1.
 const INCONSISTENT: f64 = 0.2;
+/// Consistency above which the filter's covariance has nothing to do with its errors.
+const LOST: f64 = 10.0;
+/// Sampled costs and information above this many times the predicted ones have nothing to do with them.
+const FAR_MORE: f64 = 11.0;
 /// Factor on the sub-steps that is advised where finer steps change what roll-outs do.
 const SUBSTEPS: usize = 8;
 /// Share of the roll-outs in which a contact of the plan should touch.
@@ -55,8 +59,9 @@ pub enum Verdict {
     Holds,
     /// Some prediction is off by more than chance and more than a tenth, or there are too few roll-outs to tell.
     Doubtful,
-    /// Roll-outs diverge or exceed the cost limit that the expected cost keeps, or the plan is indefinite: its numbers must
-    /// not be used.
+    /// Roll-outs diverge, exceed the cost limit that the expected cost keeps, 11 times that cost or 11 times the predicted
+    /// information, or have innovations whose squares are above 10 times what is expected; or the plan is indefinite: its
+    /// numbers must not be used.
     Broken,
 }
 
@@ -120,7 +125,11 @@ impl Trust {
         let rollouts_needed = rollouts_needed(predicted, sampled);
         let mut reasons = doubts(predicted, sampled, rollouts_needed);
         reasons.extend(coarse.map(|(_, reason)| reason));
-        let verdict = if reasons.is_empty() { Verdict::Holds } else { Verdict::Doubtful };
+        let verdict = match reasons.is_empty() {
+            _ if is_lost(predicted, sampled) => Verdict::Broken,
+            true => Verdict::Holds,
+            false => Verdict::Doubtful,
+        };
         Self { verdict, reasons, rollouts_needed, substeps_advised }
     }
 
@@ -152,6 +161,16 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
     })
 }
 
+/// Whether roll-outs have nothing in common with the predictions: innovations, information or cost.
+fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
+    let finer = sampled.finer.as_ref().and_then(|finer| finer.consistency);
+    let of_filter = [sampled.consistency, finer].into_iter().flatten().any(|found| found.mean > LOST);
+    let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - CHANCE * bits.standard_error);
+    let (error, _) = cost_error(predicted, sampled);
+    let costs = differs(predicted, sampled) && sampled.cost_mean - error > FAR_MORE * predicted.cost.abs();
+    of_filter || bits > FAR_MORE * predicted.bits.max(1.0) || costs
+}
+
 /// What is wrong, and what to try, if the same roll-outs have another cost on a plant with finer steps, the filter
 /// is inconsistent there, or measurements give different information.
 fn too_coarse(
@@ -180,8 +199,11 @@ fn too_coarse(
     let (here, own_cost) = (said(cost_mean), said(own_cost_mean));
     let costs = format!("roll-outs cost {here} on a plant of {times} times finer steps, but {own_cost}");
     let limit = if exceeds { ", which exceeds the limit" } else { "" };
+    let innovations = finer.consistency.filter(|found| found.mean > LOST).map_or_else(String::new, |found| {
+        format!(", and the filter's squared innovations are {} times their expected value there", said(found.mean))
+    });
     if mean_differs || most_differ {
-        return Some((verdict, format!("{costs} on the steps of this task{limit}; {advice}")));
+        return Some((verdict, format!("{costs} on the steps of this task{limit}{innovations}; {advice}")));
     }
     let own = sampled.consistency?.mean;
     let of_filter = finer.consistency.filter(|found| is_inconsistent(found) && (found.mean - own).abs() > INCONSISTENT);

@@ -174,6 +174,7 @@ impl Descent for Search<'_> {
         let ready = worth_it && self.newton.is_ready();
         self.newton.wait = self.newton.wait.saturating_sub(1);
         if !ready {
+            self.newton.whole = 0;
             return None;
         }
         let step = match self.newton.by_products {
@@ -181,6 +182,9 @@ impl Descent for Search<'_> {
             true => self.step_by_products(),
             false => self.step_by_curvature(),
         };
+        if step.is_none() {
+            self.newton.whole = 0;
+        }
         self.newton.tried(step.is_some());
         step
     }

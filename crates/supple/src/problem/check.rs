@@ -24,17 +24,23 @@ impl Task {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
-        self.check_shapes()?;
-        self.check_values(parameters)?;
+        self.check_numbers(parameters)?;
         let size = self.system.dimensions();
         self.noise.check(size, self.steps, parameters).map_err(|unfit| unfit.below("noise"))
     }
 
-    /// The part of [`check`](Self::check) that takes no time: the number of steps, and all lengths.
+    /// The part of [`check`](Self::check) that takes no time: lengths and numbers, but not whether covariances are.
     ///
     /// # Errors
     /// As of [`check`](Self::check).
-    pub fn check_shapes(&self) -> Result<(), Unfit> {
+    pub fn check_numbers(&self, parameters: &Parameters) -> Result<(), Unfit> {
+        self.check_shapes()?;
+        self.check_values(parameters)?;
+        self.noise.check_numbers(parameters).map_err(|unfit| unfit.below("noise"))
+    }
+
+    /// The number of steps, and all lengths.
+    fn check_shapes(&self) -> Result<(), Unfit> {
         let size = self.system.dimensions();
         let unfit = |key, message: String| Err(Unfit::new(key, message));
         let most = most_steps(size);

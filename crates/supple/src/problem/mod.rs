@@ -152,7 +152,8 @@ impl Problem {
         Self { design, ..self }
     }
 
-    /// Checks that a design has one number per parameter, and the [lengths of every task](Task::check_shapes).
+    /// Checks that a design has one number per parameter, and the [lengths and numbers of every
+    /// task](Task::check_numbers).
     ///
     /// # Errors
     /// What is wrong.
@@ -163,7 +164,7 @@ impl Problem {
         }
         for task in &self.tasks {
             let in_task = |unfit| Error::InTask { task: task.name.clone(), error: Box::new(Error::Unfit(unfit)) };
-            task.check_shapes().map_err(in_task)?;
+            task.check_numbers(&self.parameters).map_err(in_task)?;
         }
         Ok(())
     }

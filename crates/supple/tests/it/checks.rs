@@ -89,6 +89,35 @@ fn two_masses_pass_at_any_number_of_steps() {
     }
 }
 
+/// A pole that falls over grows by 1e16 in these steps, beside which the cart is rounding.
+#[test]
+fn growing_modes_hide_no_direction_that_is_observable() {
+    let text = r#"
+        [model]
+        kind = "linear"
+        A = [[1.0, 0.05, 0.0, 0.0], [0.0, 1.0, 0.1, 0.0], [0.0, 0.0, 1.0, 0.05], [0.0, 0.0, 0.5, 1.0]]
+        B = [[0.0], [0.1], [0.0], [-0.1]]
+        C = [[1.0, 0.0, 0.0, 0.0]]
+        [[tasks]]
+        name = "balance"
+        steps = 250
+        time_step = 0.05
+        initial_state = [0.1, 0.0, 0.0, 0.0]
+        noise = { initial = [1e-2, 1e-2, 1e-2, 1e-2], process = [0.0, 1e-4, 0.0, 1e-4], measurement = [1e-4] }
+        costs = [{ kind = "quadratic", Q = [[1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]], R = [[0.1]] }]
+    "#;
+    let seen = |text: &str| {
+        let problem = supple_file::parse(text, "task.toml").unwrap();
+        let report = check(&problem, &[]).unwrap();
+        let fact = report.tasks[0].facts.iter().find(|fact| fact.name.starts_with("observable directions")).unwrap();
+        (fact.value, fact.note.clone())
+    };
+    assert_eq!(seen(text), (4.0, "all states are observable".to_owned()));
+    // The angle alone does not tell where the cart is, nor how fast it is.
+    let angle = text.replace("C = [[1.0, 0.0, 0.0, 0.0]]", "C = [[0.0, 0.0, 1.0, 0.0]]");
+    assert_eq!(seen(&angle), (2.0, "of 4: 2 directions are unobservable".to_owned()));
+}
+
 /// A thousandth of the place of a wall, half a metre, was a long step beside a contact that is 2 mm soft.
 #[test]
 fn the_place_of_a_wall_that_is_2_mm_soft_is_no_false_alarm() {

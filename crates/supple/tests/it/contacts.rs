@@ -3,6 +3,7 @@
 use crate::common::{repository, shipped, task_files};
 use supple::design::{Control, DesignSettings, design};
 use supple::{EvaluateOptions, Evaluation, Problem, Task};
+use supple_file::{Files, ReadOptions};
 
 fn evaluated(problem: &Problem) -> Evaluation {
     let options = EvaluateOptions { trajectories: true, ..Default::default() };
@@ -47,6 +48,49 @@ fn the_report_of_the_two_masses_is_that_of_their_states() {
     let apart = clearances.iter().filter(|&&clearance| clearance > smoothing).map(|&clearance| force(clearance));
     close(report.greatest_force_apart, apart.fold(0.0, f64::max));
     assert!(task.warnings.is_empty(), "{:?}", task.warnings);
+}
+
+/// A body that rests on the ground is as deep inside it as its weight asks for: 2 kg on 1000 N/m by 19.62 mm.
+#[test]
+fn a_contact_that_carries_a_weight_is_no_mistake() {
+    let robot = r#"<robot name="body"><link name="ground"/>
+        <joint name="up" type="prismatic"><parent link="ground"/><child link="body"/><axis xyz="0 0 1"/>
+            <limit lower="-1" upper="1" effort="100" velocity="10"/></joint>
+        <link name="body"><inertial><mass value="2"/>
+            <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+    let task = r#"
+        [model]
+        kind = "robot"
+        file = "body.urdf"
+        gravity = [0.0, 0.0, -9.81]
+        [[model.compliance]]
+        kind = "contact"
+        name = "floor"
+        frame = "body"
+        normal = [0, 0, 1]
+        stiffness = 1000
+        smoothing = 1e-3
+        [[model.sensors]]
+        kind = "joint_position"
+        select = ["up"]
+        variance = 1e-6
+        [[tasks]]
+        name = "rest"
+        steps = 100
+        time_step = 0.005
+        initial_state = { "q.up" = -0.01962 }
+        noise = { initial = { "q.*" = 1e-6, "v.*" = 1e-6, "c.*" = 0.0 }, process = { "v.*" = 1e-6 } }
+        costs = [{ kind = "control", weight = 1.0 }, { kind = "joint_velocity", weight = 1.0 }]
+    "#;
+    let warnings = |start: &str| {
+        let files = Files::given([("body.urdf".to_owned(), robot.to_owned())]);
+        let text = task.replace("-0.01962", start);
+        let problem = supple_file::parse_with(&text, "rest.toml", ReadOptions { files, ..Default::default() }).unwrap();
+        evaluated(&problem).tasks.remove(0).warnings
+    };
+    assert_eq!(warnings("-0.01962"), [] as [&str; 0]);
+    let deep = warnings("-0.2");
+    assert!(deep.iter().any(|warning| warning.contains("`floor` is 0.2 m inside its wall")), "{deep:?}");
 }
 
 #[test]

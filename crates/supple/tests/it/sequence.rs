@@ -258,7 +258,16 @@ fn a_part_of_the_steps_is_not_a_task() {
     assert_eq!(message(Task { noise: initial, ..task.clone() }), expected);
     let elsewhere = Parameters::default().declare(Parameter::new("p", 1.0, [0.0, 2.0])).into();
     let expected = "initial_state[1]: uses a parameter that the problem does not have";
-    assert_eq!(message(task.clone().starting_at([Value::Number(0.0), elsewhere, Value::Number(0.0)])), expected);
+    let strange = task.clone().starting_at([Value::Number(0.0), elsewhere, Value::Number(0.0)]);
+    assert_eq!(message(strange.clone()), expected);
+    let problem = Problem::new("", Parameters::default(), vec![strange]);
+    let error = problem.evaluate(&[], &EvaluateOptions::default()).unwrap_err().to_string();
+    assert!(error.ends_with(expected), "{error}");
+    let process = Covariance::diagonal([Value::Number(0.1), elsewhere, Value::Number(0.1)]);
+    let noise = NoiseModel { process, ..task.noise.clone() };
+    let problem = Problem::new("", Parameters::default(), vec![Task { noise, ..task.clone() }]);
+    let error = problem.evaluate(&[], &EvaluateOptions::default()).unwrap_err().to_string();
+    assert!(error.ends_with("noise.process[1]: uses a parameter that the problem does not have"), "{error}");
     assert_eq!(message(task.starting_at([0.0])), "initial_state: must have 3 numbers, one for each state; found 1");
 }
 

@@ -92,12 +92,12 @@ fn controllers_that_only_the_steps_of_a_task_stabilise_are_broken() {
     let path = common::repository("tasks/elastic_elbow.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     for (steps, weight, verdict, says) in [
-        ("100\ntime_step = 1e-2", "1e-2", Verdict::Doubtful, "on a plant of 16 times finer steps, but"),
+        ("100\ntime_step = 1e-2", "1e-2", Verdict::Broken, "times their expected value there"),
         (
             "100\ntime_step = 1e-2",
             "1e-4",
             Verdict::Broken,
-            "on the steps of this task, which exceeds the limit; try `substeps = 8`",
+            "on the steps of this task, which exceeds the limit",
         ),
         ("200\ntime_step = 5e-3", "1e-2", Verdict::Doubtful, "roll-outs gave"),
     ] {
@@ -175,7 +175,7 @@ fn no_more_rollouts_are_recommended_than_can_be_made() {
         // More roll-outs would not change what is known already.
         let sampled = at.tasks[0].monte_carlo.as_ref().unwrap();
         let differs = sampled.difference.abs() > 3.0 * sampled.cost_standard_error.max(0.0);
-        if differs && trust.verdict == Verdict::Doubtful {
+        if differs && says("roll-outs cost") {
             decided += 1;
             assert!(says("is expected: the cost is not quadratic") && trust.rollouts_needed.is_none(), "{trust}");
         }
@@ -188,7 +188,7 @@ fn no_more_rollouts_are_recommended_than_can_be_made() {
 fn a_limit_that_rollouts_exceed_breaks_a_plan() {
     let options = EvaluateOptions { rollouts: 4096, ..Default::default() };
     let mut tried = 0;
-    for wall in ["1.2e-4", "1.3e-4", "1.4e-4"] {
+    for wall in ["1.1e-4", "1.15e-4", "1.2e-4", "1.25e-4", "1.3e-4", "1.4e-4"] {
         let mut problem = noisy_elbow("1e-4", wall);
         let mut with = |bound: Option<f64>| {
             problem.tasks[0].bound = bound.map(Into::into);

@@ -7,6 +7,7 @@ use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, loa
 
 use supple_text::quoted;
 
+use super::limb;
 use super::rules::plain;
 use crate::commands::robot::{Planning, SMOOTHING};
 use crate::failure::Failure;
@@ -14,6 +15,8 @@ use crate::output::warn;
 
 /// Joints that the task moves at most; others are locked.
 const MOST_JOINTS: usize = 7;
+/// Joints without a drive fall if holding them takes more than this share of the robot's weight, N m or N.
+const FALLING: f64 = 0.01;
 /// How far joints turn or slide to the goal, rad or m.
 const TURN: f64 = 0.2;
 const SLIDE: f64 = 0.05;
@@ -72,6 +75,21 @@ pub fn warn_of_still(planning: &Planning) {
         warn(&format!(
             "the task locks joint{s} {joints}, as the range in the robot file is a single position; where that is wrong, \
              correct `lower` and `upper` there"
+        ));
+    }
+}
+
+/// Warns of joints that gravity moves, given the efforts that hold them, and that the robot file gives no drive.
+fn warn_of_falling(planning: &Planning, held: &[f64]) {
+    let driven = limb::driven(planning);
+    let weight = 9.81 * planning.robot.links.iter().filter_map(|link| Some(link.inertia?.mass)).sum::<f64>();
+    let falls = |dof: &usize| !driven.contains(dof) && held[*dof].abs() > FALLING * weight;
+    let falling: Vec<_> = (0..held.len()).filter(falls).map(|dof| &planning.tree.joints()[dof]).collect();
+    if !falling.is_empty() {
+        warn(&format!(
+            "gravity moves joints {}, for which the robot file has no drive: the robot falls; lock these joints in the task, or \
+             give them actuators",
+            quoted(&falling)
         ));
     }
 }
@@ -139,6 +157,7 @@ fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut Stri
 
     let kinematics = Kinematics::at_rest(tree, &numbers, start);
     let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
+    warn_of_falling(planning, &held);
     let torque = held.iter().fold(1.0, |most: f64, entry| most.max(entry.abs()));
     let list = |list: &[f64]| list.iter().map(|entry| format!("{:?}", plain(*entry))).collect::<Vec<_>>().join(", ");
     let _ = write!(

@@ -33,12 +33,12 @@ impl Planning {
         }
         let at = vec![0.1; tree.dofs()];
         let massless = massless_joints(&tree, &Numbers::of(robot, [0.0; 3]), &at);
-        let limits = |dof: usize| robot.joints[tree.joint_indices()[dof]].limits;
-        let is_still = |dof: usize| limits(dof).lower == limits(dof).upper;
+        let joint = |dof: usize| &robot.joints[tree.joint_indices()[dof]];
+        let is_still = |dof: usize| joint(dof).limits.lower == joint(dof).limits.upper;
         let still: Vec<usize> = (0..tree.dofs()).filter(|&dof| is_still(dof) && !massless.contains(&dof)).collect();
         let names = |dofs: &[usize]| dofs.iter().map(|&dof| tree.joints()[dof].clone()).collect::<Vec<_>>();
         let all = || massless.iter().chain(&still).copied();
-        let locked: Vec<_> = all().map(|dof| (tree.joint_indices()[dof], limits(dof).neutral())).collect();
+        let locked: Vec<_> = all().map(|dof| (tree.joint_indices()[dof], joint(dof).neutral())).collect();
         let lock = [names(&massless), names(&still)].concat();
         Self { still: names(&still), ..Self::without(robot.locked(&locked), lock) }
     }
@@ -53,7 +53,7 @@ impl Planning {
 
     fn without(robot: Robot, lock: Vec<String>) -> Self {
         let tree = Tree::new(&robot);
-        let start = tree.joint_indices().iter().map(|&joint| robot.joints[joint].limits.neutral()).collect();
+        let start = tree.joint_indices().iter().map(|&joint| robot.joints[joint].neutral()).collect();
         Self { lock, still: Vec::new(), robot, tree, start }
     }
 
@@ -139,14 +139,19 @@ impl Planning {
                 quoted(&none)
             ));
         }
-        let moved = joints.iter().zip(&self.start).filter(|(_, start)| **start != 0.0);
-        let moved: Vec<_> =
-            moved.map(|(joint, start)| format!("`{}` at {}", name(&joint.name), number(*start))).collect();
-        if !moved.is_empty() {
-            let rest = moved.len().saturating_sub(10);
-            let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-            let moved = moved[..moved.len() - rest].join(", ");
-            line(format!("starts at the middle of its range, which excludes 0: {moved}{more}"));
+        for (drawn, place) in
+            [(true, "where the file draws it, at its `ref`"), (false, "at the middle of its range, which excludes 0")]
+        {
+            let moved = joints.iter().zip(&self.start).filter(|(_, start)| **start != 0.0);
+            let moved = moved.filter(|(joint, start)| (**start == joint.reference) == drawn);
+            let moved: Vec<_> =
+                moved.map(|(joint, start)| format!("`{}` at {}", name(&joint.name), number(*start))).collect();
+            if !moved.is_empty() {
+                let rest = moved.len().saturating_sub(10);
+                let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+                let moved = moved[..moved.len() - rest].join(", ");
+                line(format!("starts {place}: {moved}{more}"));
+            }
         }
     }
 }

@@ -113,7 +113,7 @@ impl Locked {
             if positions.iter().any(|(other, _)| *other == joint) {
                 return Err(error(format!("joint `{name}` occurs twice")));
             }
-            let position = position.unwrap_or_else(|| robot.joints[joint].limits.neutral());
+            let position = position.unwrap_or_else(|| robot.joints[joint].neutral());
             if !position.is_finite() {
                 return Err(error(format!("must be a finite position, rad or m; found {position}")));
             }

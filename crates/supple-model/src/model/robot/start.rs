@@ -30,7 +30,7 @@ impl Robot {
         let (dofs, positions) = self.positions();
         let mut x = vec![0.0; 2 * positions + self.constants()];
         for (dof, &joint) in self.bodies.tree.joint_indices().iter().enumerate() {
-            x[dof] = self.bodies.robot.joints[joint].limits.neutral();
+            x[dof] = self.bodies.robot.joints[joint].neutral();
         }
         if let Some(name) = start.key {
             let key = self.bodies.robot.key(name).ok_or_else(|| self.unknown_key(name))?;

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use supple_text::{FileError, is_file, read_text};
+use supple_text::FileError;
 
 use super::super::LoadOptions;
 use super::super::meshes::inside_of;
@@ -44,7 +44,7 @@ impl Sources {
         let mut size = 0;
         while let Some(source) = files.0.get(next) {
             let (path, depth) = (source.path.clone(), source.depth);
-            let text = cleaned(&read_text(&path)?).0.into_owned();
+            let text = cleaned(&options.files.read(&path)?).0.into_owned();
             size += text.len();
             let name = path.display().to_string();
             let document = Document::parse(&text, &name)?;
@@ -120,7 +120,7 @@ fn find(at: Element, folders: &[&Path], options: &LoadOptions) -> Result<PathBuf
     for folder in folders {
         let path = folder.join(&file);
         match inside_of(&path, folders[0], options) {
-            Some(path) if is_file(&path) => return Ok(path),
+            Some(path) if options.files.has(&path) => return Ok(path),
             Some(_) => {}
             None => outside |= path.is_file(),
         }

@@ -1,5 +1,7 @@
 //! Joints that a task inserts into its robot.
 
+use std::path::Path;
+
 use supple::Problem;
 use supple_file::robot_of;
 
@@ -47,6 +49,13 @@ fn possible_arm() -> String {
     text.replace(impossible, "ixx=\"0.027\"")
 }
 
+/// The path of a file with this text.
+fn written(name: &str, text: &str) -> String {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, text).unwrap();
+    path.display().to_string()
+}
+
 /// What the task writes as a robot file moves as the task does.
 #[test]
 fn a_robot_file_with_the_same_joints_moves_alike() {
@@ -57,17 +66,14 @@ fn a_robot_file_with_the_same_joints_moves_alike() {
          inertia = [1e-2, 2e-2, 3e-2]\nstiffness = 50.0\ndamping = 1.0",
     ] {
         let mut inserted = mounted(keys);
-        inserted.model = inserted.model.replace("arm.urdf", "possible.urdf");
-        let possible = || [("tests/data/possible.urdf".to_owned(), possible_arm())];
-        let robot = supple_text::with_texts(possible(), || robot_of(&inserted.text(), PLACE).unwrap());
-        let written = supple_robot::mjcf(&robot);
-        assert!(written.warnings.iter().all(|warning| !warning.contains("mount")), "{:?}", written.warnings);
+        inserted.model = inserted.model.replace("arm.urdf", &written("possible.urdf", &possible_arm()));
+        let robot = robot_of(&inserted.text(), PLACE).unwrap();
+        let mjcf = supple_robot::mjcf(&robot);
+        assert!(mjcf.warnings.iter().all(|warning| !warning.contains("mount")), "{:?}", mjcf.warnings);
         let actuated = "actuated = [\"shoulder\", \"elbow\", \"slide\"]\n";
         let mut own = arm().explicit().with(actuated).costing(&inserted.costs);
-        own.model = own.model.replace("arm.urdf", "written.xml");
-        let texts = [("tests/data/written.xml".to_owned(), written.text)];
-        let inserted = supple_text::with_texts(possible(), || inserted.problem());
-        let own = supple_text::with_texts(texts, || own.problem());
+        own.model = own.model.replace("arm.urdf", &written("written.xml", &mjcf.text));
+        let (inserted, own) = (inserted.problem(), own.problem());
         let x = state(&inserted);
         let found = step(&inserted, &x, &[1.0, -0.5, 2.0], &[]);
         for (a, b) in found.iter().zip(step(&own, &x, &[1.0, -0.5, 2.0], &[])) {

@@ -3,7 +3,7 @@
 use crate::common::{self, shipped};
 use supple::Problem;
 use supple::sensors::{Candidate, select};
-use supple_file::WithSensors;
+use supple_file::{Files, ReadOptions, WithSensors};
 
 /// The two masses with a catalogue.
 fn with_catalogue(catalogue: &str) -> Result<Problem, supple::FileError> {
@@ -98,7 +98,8 @@ sensors = "sensors.csv"
     let folder = path.parent().unwrap().join("sensors.csv").display().to_string();
     let name = path.display().to_string();
     let read = |table: &str, which| {
-        supple_text::with_texts([(folder.clone(), table.to_owned())], || supple_file::parse_with(&file, &name, which))
+        let files = Files::given([(folder.clone(), table.to_owned())]);
+        supple_file::parse_with(&file, &name, ReadOptions { sensors: which, files, ..ReadOptions::default() })
     };
     let all = read(table, WithSensors::All).unwrap();
     assert_eq!(all.tasks[0].system.dimensions().measurements, 7);
@@ -158,7 +159,8 @@ fn with_table(table: &str) -> Result<Problem, supple::FileError> {
     let path = common::repository("tasks/two_mass.toml");
     let text = std::fs::read_to_string(&path).unwrap() + "\n[catalogue]\nsensors = \"sensors.csv\"\n";
     let table = (path.with_file_name("sensors.csv").display().to_string(), table.to_owned());
-    supple_text::with_texts([table], || supple_file::parse_with(&text, path.to_str().unwrap(), WithSensors::All))
+    let options = ReadOptions { sensors: WithSensors::All, files: Files::given([table]), ..ReadOptions::default() };
+    supple_file::parse_with(&text, path.to_str().unwrap(), options)
 }
 
 #[test]

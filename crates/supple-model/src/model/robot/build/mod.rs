@@ -71,6 +71,7 @@ pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
     let options = LoadOptions {
         package_roots: file.package_roots.iter().map(|root| folder.join(root)).collect(),
         independent_mimic: file.independent_mimic,
+        files: document.files().clone(),
     };
     let path: PathBuf = folder.join(&file.file);
     let named = ["model".into(), "file".into()];
