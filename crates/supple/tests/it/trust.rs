@@ -93,12 +93,7 @@ fn controllers_that_only_the_steps_of_a_task_stabilise_are_broken() {
     let text = std::fs::read_to_string(&path).unwrap();
     for (steps, weight, verdict, says) in [
         ("100\ntime_step = 1e-2", "1e-2", Verdict::Broken, "times their expected value there"),
-        (
-            "100\ntime_step = 1e-2",
-            "1e-4",
-            Verdict::Broken,
-            "on the steps of this task, which exceeds the limit",
-        ),
+        ("100\ntime_step = 1e-2", "1e-4", Verdict::Broken, "on the steps of this task, which exceeds the limit"),
         ("200\ntime_step = 5e-3", "1e-2", Verdict::Doubtful, "roll-outs gave"),
     ] {
         let text = text
