@@ -232,6 +232,26 @@ fn a_travel_that_is_halved_is_told() {
     assert!(told > 0, "none of these travels is halved");
 }
 
+/// A base that no drive holds falls, whatever the leg below it does.
+#[test]
+fn robots_that_fall_are_told() {
+    let folder = Folder::new();
+    let body = "<inertial><mass value=\"2\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
+    let robot = format!(
+        "<robot name=\"hopper\"><link name=\"world\"/>\
+         <joint name=\"drop\" type=\"prismatic\"><parent link=\"world\"/><child link=\"base\"/><axis xyz=\"0 0 1\"/>\
+         <limit lower=\"-5\" upper=\"5\" effort=\"0\" velocity=\"10\"/></joint><link name=\"base\">{body}</link>\
+         <joint name=\"leg\" type=\"prismatic\"><parent link=\"base\"/><child link=\"foot\"/><axis xyz=\"0 0 1\"/>\
+         <limit lower=\"-1\" upper=\"1\" effort=\"100\" velocity=\"10\"/></joint><link name=\"foot\">{body}</link></robot>"
+    );
+    std::fs::write(folder.path("hopper.urdf"), &robot).unwrap();
+    let run = folder.run(&["new", "hop", "--robot", "hopper.urdf"]);
+    assert!(run.stderr.contains("gravity moves joints `drop`, for which"), "{}", run.stderr);
+    std::fs::write(folder.path("held.urdf"), robot.replace("effort=\"0\"", "effort=\"500\"")).unwrap();
+    let run = folder.run(&["new", "held", "--robot", "held.urdf"]);
+    assert!(!run.stderr.contains("gravity moves"), "{}", run.stderr);
+}
+
 /// A tool that starts deep inside its wall is told by `evaluate`, with its depth and force.
 #[test]
 fn contacts_that_start_deep_inside_are_told() {
