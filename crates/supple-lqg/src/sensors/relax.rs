@@ -238,9 +238,6 @@ impl Selection {
         if !relaxing.free.is_empty() && relaxing.best.bound < f64::INFINITY {
             let mut from = first;
             for _ in 0..RUNS {
-                if halt::is_requested() {
-                    break;
-                }
                 let before = relaxing.best.bound;
                 minimise(&mut relaxing, &from, by_price);
                 if relaxing.best.bound - before <= 1e-6 * relaxing.best.bound.abs() {

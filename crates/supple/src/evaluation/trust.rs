@@ -125,10 +125,12 @@ impl Trust {
         let rollouts_needed = rollouts_needed(predicted, sampled);
         let mut reasons = doubts(predicted, sampled, rollouts_needed);
         reasons.extend(coarse.map(|(_, reason)| reason));
-        let verdict = match reasons.is_empty() {
-            _ if is_lost(predicted, sampled) => Verdict::Broken,
-            true => Verdict::Holds,
-            false => Verdict::Doubtful,
+        let verdict = if is_lost(predicted, sampled) {
+            Verdict::Broken
+        } else if reasons.is_empty() {
+            Verdict::Holds
+        } else {
+            Verdict::Doubtful
         };
         Self { verdict, reasons, rollouts_needed, substeps_advised }
     }

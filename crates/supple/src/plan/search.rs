@@ -99,6 +99,9 @@ impl Readiness {
 
     fn tried(&mut self, succeeded: bool) {
         self.failures = if succeeded { 0 } else { self.failures + 1 };
+        if !succeeded {
+            self.whole = 0;
+        }
         let longer = if self.costly { COSTLY_WAIT } else { 0 };
         self.wait = if succeeded { 0 } else { (1 << (self.failures + longer).min(5)) - 1 };
     }
@@ -182,9 +185,6 @@ impl Descent for Search<'_> {
             true => self.step_by_products(),
             false => self.step_by_curvature(),
         };
-        if step.is_none() {
-            self.newton.whole = 0;
-        }
         self.newton.tried(step.is_some());
         step
     }

@@ -24,7 +24,8 @@ impl Task {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
-        self.check_numbers(parameters)?;
+        self.check_shapes()?;
+        self.check_values(parameters)?;
         let size = self.system.dimensions();
         self.noise.check(size, self.steps, parameters).map_err(|unfit| unfit.below("noise"))
     }

@@ -6,7 +6,7 @@ use supple_robot::{LoadOptions, load};
 use supple_text::{quoted, short};
 
 use super::ask::Asked;
-use super::limb::Limb;
+use super::limb::{Limb, falling};
 use super::place::{FEW, Start, starts};
 use super::robot::{relative, warn_of_file, warn_of_still};
 use super::rules::Rules;
@@ -30,8 +30,6 @@ const SUBSTEPS: [usize; 3] = [2, 4, 8];
 /// Maximum factor on the contact's smoothing length if roll-outs contradict the linearisation; and its increment.
 const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
-/// Undriven joints count as falling if gravity loads them by more than this share of the whole limb's weight torque.
-const FALLING: f64 = 0.01;
 /// Speed limits above this are treated as absent, rad/s or m/s.
 const FASTEST: f64 = 100.0;
 
@@ -141,17 +139,12 @@ fn warn_of_fast(limb: &Limb) {
 /// # Errors
 /// If there are postures, but none of them qualifies.
 fn held_up(limb: &Limb, found: &mut Vec<Start>) -> Result<(), Failure> {
-    let driven = limb.driven();
     let gravity = limb.gravity.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-    let least = FALLING * gravity * limb.mass * limb.lever();
-    let falls = |start: &Start, dof: usize| !driven.contains(&dof) && start.held[dof].abs() > least;
-    let falling: Vec<&str> = match found.first() {
-        Some(start) => (0..start.held.len()).filter(|&dof| falls(start, dof)).map(|dof| &*limb.joints()[dof]).collect(),
-        None => return Ok(()),
-    };
-    found.retain(|start| (0..start.held.len()).all(|dof| !falls(start, dof)));
+    let falls = |start: &Start| falling(&limb.planning, &start.held, gravity * limb.mass * limb.lever());
+    let Some(first) = found.first().map(falls) else { return Ok(()) };
+    found.retain(|start| falls(start).is_empty());
     if found.is_empty() {
-        let joints = quoted(&falling);
+        let joints = quoted(&first.iter().map(|&dof| &*limb.joints()[dof]).collect::<Vec<_>>());
         return Err(Failure::usage(format!(
             "gravity moves joints {joints}, for which the robot file has no drive: floating bases and robots that fall are \
              not supported; remove these joints from the file, give them actuators, or choose another --frame"

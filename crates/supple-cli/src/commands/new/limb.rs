@@ -163,8 +163,17 @@ impl Limb {
     }
 }
 
+/// Joints without a drive fall if holding them takes more than this share of the weight.
+const FALLING: f64 = 0.01;
+
+/// The joints without a drive that gravity moves, given what holds each, of a robot of this weight, both N m or N.
+pub fn falling(planning: &Planning, held: &[f64], weight: f64) -> Vec<usize> {
+    let driven = driven(planning);
+    (0..held.len()).filter(|dof| !driven.contains(dof) && held[*dof].abs() > FALLING * weight).collect()
+}
+
 /// The joints of a robot with drives: those that actuators of the file drive, or else those with an effort, or else all.
-pub fn driven(planning: &Planning) -> Vec<usize> {
+fn driven(planning: &Planning) -> Vec<usize> {
     let (robot, tree) = (&planning.robot, &planning.tree);
     let joint = |dof: &usize| tree.joint_indices()[*dof];
     let all = || 0..tree.dofs();

@@ -3,11 +3,12 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use supple_robot::vector::dot;
 use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, load};
 
 use supple_text::quoted;
 
-use super::limb;
+use super::limb::falling;
 use super::rules::plain;
 use crate::commands::robot::{Planning, SMOOTHING};
 use crate::failure::Failure;
@@ -15,8 +16,6 @@ use crate::output::warn;
 
 /// Joints that the task moves at most; others are locked.
 const MOST_JOINTS: usize = 7;
-/// Joints without a drive fall if holding them takes more than this share of the robot's weight, N m or N.
-const FALLING: f64 = 0.01;
 /// How far joints turn or slide to the goal, rad or m.
 const TURN: f64 = 0.2;
 const SLIDE: f64 = 0.05;
@@ -80,16 +79,15 @@ pub fn warn_of_still(planning: &Planning) {
 }
 
 /// Warns of joints that gravity moves, given the efforts that hold them, and that the robot file gives no drive.
-fn warn_of_falling(planning: &Planning, held: &[f64]) {
-    let driven = limb::driven(planning);
-    let weight = 9.81 * planning.robot.links.iter().filter_map(|link| Some(link.inertia?.mass)).sum::<f64>();
-    let falls = |dof: &usize| !driven.contains(dof) && held[*dof].abs() > FALLING * weight;
-    let falling: Vec<_> = (0..held.len()).filter(falls).map(|dof| &planning.tree.joints()[dof]).collect();
-    if !falling.is_empty() {
+fn warn_of_falling(planning: &Planning, held: &[f64], gravity: [f64; 3]) {
+    let mass: f64 = planning.robot.links.iter().filter_map(|link| Some(link.inertia?.mass)).sum();
+    let weight = dot(gravity, gravity).sqrt() * mass;
+    let joints: Vec<_> = falling(planning, held, weight).into_iter().map(|dof| &planning.tree.joints()[dof]).collect();
+    if !joints.is_empty() {
         warn(&format!(
             "gravity moves joints {}, for which the robot file has no drive: the robot falls; lock these joints in the task, or \
              give them actuators",
-            quoted(&falling)
+            quoted(&joints)
         ));
     }
 }
@@ -157,7 +155,7 @@ fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut Stri
 
     let kinematics = Kinematics::at_rest(tree, &numbers, start);
     let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
-    warn_of_falling(planning, &held);
+    warn_of_falling(planning, &held, gravity);
     let torque = held.iter().fold(1.0, |most: f64, entry| most.max(entry.abs()));
     let list = |list: &[f64]| list.iter().map(|entry| format!("{:?}", plain(*entry))).collect::<Vec<_>>().join(", ");
     let _ = write!(
