@@ -252,6 +252,46 @@ fn robots_that_fall_are_told() {
     assert!(!run.stderr.contains("gravity moves"), "{}", run.stderr);
 }
 
+/// Drafts without a template were written untried: friction held a small finger short of half of its way, and nothing said so.
+#[test]
+fn drafts_reach_their_targets_or_say_that_they_do_not() {
+    let finger = ARM.replace("damping=\"", "friction=\"10\" damping=\"1").replace("xyz=\"0 0 0.", "xyz=\"0 0 0.0");
+    let stuck = ARM.replacen(
+        "effort=\"100\" velocity=\"3\"/><dynamics damping=\"1.0\"",
+        "effort=\"0\"/><dynamics damping=\"1000\"",
+        1,
+    );
+    let shipped = std::fs::read_dir(repository("models")).unwrap().map(|entry| entry.unwrap().path());
+    let shipped: Vec<_> =
+        shipped.filter(|path| path.is_file()).map(|path| (path.display().to_string(), None)).collect();
+    assert!(shipped.len() >= 5 && finger != ARM && stuck != ARM);
+    let folder = Folder::new();
+    std::fs::write(folder.path("finger.urdf"), finger).unwrap();
+    std::fs::write(folder.path("stuck.urdf"), stuck).unwrap();
+    let own = [("finger.urdf".to_owned(), Some(true)), ("stuck.urdf".to_owned(), Some(false))];
+    for (robot, reaches) in own.into_iter().chain(shipped) {
+        let (warnings, text, task) = warned(&folder, &["--robot", &robot]);
+        std::fs::remove_file(folder.path("task.toml")).unwrap();
+        std::fs::remove_dir_all(folder.path("out")).unwrap();
+        assert_eq!(task["status"], "converged", "{robot}: {text}");
+        let about = warnings.iter().find(|warning| warning.contains("from its target"));
+        assert!(reaches.is_none_or(|reaches| about.is_none() == reaches), "{robot}: {warnings:?}\n{text}");
+        // Where the end of the limb goes to, and where it starts.
+        let Some(line) = text.lines().find(|line| line.contains("it starts at")) else { continue };
+        let places: Vec<f64> = line.split(['[', ']', ',']).filter_map(|part| part.trim().parse().ok()).collect();
+        let way = (0..3).map(|i| (places[i] - places[i + 3]).powi(2)).sum::<f64>().sqrt();
+        let missed = missed_by(&task);
+        assert_eq!(missed < 0.1 * way, about.is_none(), "{robot}: {missed} m of {way} m\n{text}");
+        if let Some(about) = about {
+            let said = numbers(about);
+            assert!(
+                (said[0] / missed - 1.0).abs() < 0.06 && (said[1] / way - 1.0).abs() < 0.06,
+                "{missed} of {way}: {about}"
+            );
+        }
+    }
+}
+
 /// A tool that starts deep inside its wall is told by `evaluate`, with its depth and force.
 #[test]
 fn contacts_that_start_deep_inside_are_told() {

@@ -48,7 +48,7 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     let (text, chosen) = match (&asked.robot, asked.model) {
         (Some(file), _) => match asked.template {
             Some(_) => draft::task(&title, file, &path, &asked)?,
-            None => (robot::task(&title, file, &asked.package_roots, folder)?, None),
+            None => (robot::task(&title, file, &asked.package_roots, &path)?, None),
         },
         (None, ModelKind::TwoMass) => (TWO_MASS.replace("@TITLE@", &title), None),
         (None, ModelKind::Linear) => (LINEAR.replace("@TITLE@", &title), None),

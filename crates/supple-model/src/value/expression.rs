@@ -1,7 +1,7 @@
 //! Expressions of parameters, such as `2 * sqrt(k * m)`, in the place of numbers.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use supple_kernels::{Dual, Scalar};
 
@@ -11,7 +11,7 @@ use super::range::Range;
 ///
 /// Example: the [front page](crate).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expression(&'static Stored);
+pub struct Expression(&'static Tree);
 
 /// What an expression is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,59 +60,29 @@ impl Function {
 /// Integer powers up to this exponent use multiplications.
 const MOST_MULTIPLIED: f64 = 64.0;
 
-/// All expressions so far, by their index, and the index of each by what it is made of.
-struct Store {
-    all: Vec<&'static Stored>,
-    known: BTreeMap<String, usize>,
-}
-
-/// An expression with its index among all that are stored.
-#[derive(Debug, PartialEq)]
-struct Stored {
-    tree: Tree,
-    place: usize,
-}
-
-static STORE: Mutex<Store> = Mutex::new(Store { all: Vec::new(), known: BTreeMap::new() });
-
-fn store() -> MutexGuard<'static, Store> {
-    STORE.lock().unwrap_or_else(PoisonError::into_inner)
-}
+/// All expressions so far, by what they are made of.
+static STORE: Mutex<BTreeMap<String, &'static Tree>> = Mutex::new(BTreeMap::new());
 
 impl Expression {
     pub(super) fn new(tree: Tree) -> Self {
-        let Store { all, known } = &mut *store();
-        let place = *known.entry(format!("{tree:?}")).or_insert(all.len());
-        if place == all.len() {
-            all.push(Box::leak(Box::new(Stored { tree, place })));
-        }
-        Self(all[place])
-    }
-
-    /// Its index among all stored expressions.
-    pub(super) fn place(self) -> usize {
-        self.0.place
-    }
-
-    /// The expression with this index.
-    pub(super) fn at(place: usize) -> Option<Self> {
-        store().all.get(place).map(|stored| Self(stored))
+        let mut store = STORE.lock().unwrap_or_else(PoisonError::into_inner);
+        Self(store.entry(format!("{tree:?}")).or_insert_with(|| Box::leak(Box::new(tree))))
     }
 
     pub(super) fn tree(self) -> &'static Tree {
-        &self.0.tree
+        self.0
     }
 
     /// The value, given all parameters.
     pub fn resolve<S: Scalar>(self, phi: &[S]) -> S {
-        self.0.tree.resolve(phi)
+        self.0.resolve(phi)
     }
 
     /// The indices of its parameters, in increasing order.
     #[must_use]
     pub fn parameters(self) -> Vec<usize> {
         let mut found = BTreeSet::new();
-        self.0.tree.collect(&mut found);
+        self.0.collect(&mut found);
         found.into_iter().collect()
     }
 
@@ -122,7 +92,7 @@ impl Expression {
         let mut all: Vec<Dual<f64, 1>> = phi.iter().map(|&value| Dual::fixed(value)).collect();
         let slope = |index: usize| {
             all[index] = Dual::variable(phi[index], 0);
-            let slope = self.0.tree.resolve(&all).tangents[0];
+            let slope = self.0.resolve(&all).tangents[0];
             all[index] = Dual::fixed(phi[index]);
             (index, slope)
         };
@@ -132,7 +102,7 @@ impl Expression {
     /// Bounds on its values, given the bounds of all parameters; conservative if a parameter occurs in
     /// it more than once.
     pub fn range(self, bounds: &impl Fn(usize) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
-        self.0.tree.range(bounds).map(|Range { lower, upper }| [lower, upper])
+        self.0.range(bounds).map(|Range { lower, upper }| [lower, upper])
     }
 }
 

@@ -1,4 +1,8 @@
 use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use serde::de::value::MapDeserializer;
+use serde::de::{Error, Visitor};
 
 use super::Value;
 
@@ -32,9 +36,26 @@ impl Names {
     /// # Errors
     /// What is wrong with it.
     pub fn value(&self, text: &str) -> Result<Value, String> {
+        self.read(text).map(|(value, _)| value)
+    }
+
+    /// Gives text in place of a number to a visitor that requested a value: a map with the text as its only key, to the
+    /// index of each name in it.
+    ///
+    /// # Errors
+    /// As of [`value`](Self::value), and those of the visitor.
+    pub(crate) fn respond<'de, V: Visitor<'de>, E: Error>(&self, text: &str, visitor: V) -> Result<V::Value, E> {
+        let (_, indices) = self.read(text).map_err(E::custom)?;
+        visitor.visit_map(MapDeserializer::new(std::iter::once((text, indices))))
+    }
+
+    /// The value, and the index of each name in the text.
+    fn read(&self, text: &str) -> Result<(Value, BTreeMap<String, usize>), String> {
+        let mut indices = BTreeMap::new();
         let mut index_of = |name: &str| {
             let index = self.declared.iter().position(|declared| declared == name)?;
             self.used.borrow_mut()[index] = true;
+            indices.insert(name.to_owned(), index);
             Some(index)
         };
         let value = Value::read(text, &mut index_of, &self.declared)?;
@@ -42,7 +63,7 @@ impl Names {
             Some(found) if !found.is_finite() => {
                 Err(format!("must be finite; at the initial values of the parameters `{text}` is {found}"))
             }
-            _ => Ok(value),
+            _ => Ok((value, indices)),
         }
     }
 

@@ -1,24 +1,14 @@
 //! Reads values from files. Serde passes no context to nested fields, so a value requests itself by the name [`VALUE`],
-//! and a reader that has the names of parameters responds with the meaning of the text.
+//! and a reader that has the names of parameters responds with a map: the text, and in it the index of each name.
 
-use serde::de::{self, Deserialize, Deserializer, Error, SeqAccess, Visitor};
+use std::collections::BTreeMap;
 
-use super::{Expression, Names, ParameterHandle, Value};
+use serde::de::{self, Deserialize, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
+
+use super::{Names, Value};
 
 /// The newtype name by which values identify themselves to readers.
 pub const VALUE: &str = "$supple::Value";
-
-impl Value {
-    /// Gives a value to a visitor that requested [`VALUE`]: parameters and expressions are encoded as 128-bit numbers, which
-    /// no file format has.
-    pub(crate) fn visit<'de, V: Visitor<'de>, E: Error>(self, visitor: V) -> Result<V::Value, E> {
-        match self {
-            Self::Number(number) => visitor.visit_f64(number),
-            Self::Parameter(parameter) => visitor.visit_u128(parameter.index() as u128),
-            Self::Expression(expression) => visitor.visit_i128(expression.place() as i128),
-        }
-    }
-}
 
 /// Visitor that reads one value, and fails on everything else.
 struct One;
@@ -42,12 +32,12 @@ impl<'de> Visitor<'de> for One {
     fn visit_u64<E: Error>(self, number: u64) -> Result<Value, E> {
         self.visit_f64(number as f64)
     }
-    fn visit_u128<E: Error>(self, index: u128) -> Result<Value, E> {
-        Ok(ParameterHandle::at(index as usize).into())
-    }
-    fn visit_i128<E: Error>(self, place: i128) -> Result<Value, E> {
-        let expression = usize::try_from(place).ok().and_then(Expression::at);
-        expression.map(Value::Expression).ok_or_else(|| E::custom("no such expression"))
+    /// What a reader with names responds: see [`Names::respond`].
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
+        let Some((text, indices)) = map.next_entry::<String, BTreeMap<String, usize>>()? else {
+            return Err(A::Error::invalid_type(Unexpected::Map, &self));
+        };
+        Value::read(&text, &mut |name| indices.get(name).copied(), &[]).map_err(A::Error::custom)
     }
     /// Reached if the reader has no names of parameters.
     fn visit_str<E: Error>(self, text: &str) -> Result<Value, E> {
@@ -101,11 +91,8 @@ impl<'de> Deserialize<'de> for OneOrList {
             fn visit_u64<E: Error>(self, number: u64) -> Result<OneOrList, E> {
                 One.visit_u64(number).map(OneOrList::One)
             }
-            fn visit_u128<E: Error>(self, index: u128) -> Result<OneOrList, E> {
-                One.visit_u128(index).map(OneOrList::One)
-            }
-            fn visit_i128<E: Error>(self, place: i128) -> Result<OneOrList, E> {
-                One.visit_i128(place).map(OneOrList::One)
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<OneOrList, A::Error> {
+                One.visit_map(map).map(OneOrList::One)
             }
             fn visit_str<E: Error>(self, text: &str) -> Result<OneOrList, E> {
                 One.visit_str(text).map(OneOrList::One)

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use supple_robot::vector::dot;
 use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, load};
-
-use supple_text::quoted;
+use supple_text::{quoted, short, significant};
 
 use super::limb::falling;
 use super::rules::plain;
+use super::tried::{distance, evaluate};
 use crate::commands::robot::{Planning, SMOOTHING};
 use crate::failure::Failure;
 use crate::output::warn;
@@ -23,11 +23,17 @@ const SLIDE: f64 = 0.05;
 const DURATION: f64 = 0.5;
 const TIME_STEP: f64 = 0.005;
 
-/// The task file: of the robot in `file`, to be written in `folder`.
+/// Factors on the weight of the control to try if the plan does not reach its target.
+const CHEAPER: [f64; 3] = [0.1, 0.01, 0.001];
+/// How far from its target a plan may end, as a share of the way.
+const BESIDE: f64 = 0.1;
+
+/// The task file of the robot in `file`, to be written to `path`.
 ///
 /// # Errors
 /// Where the file is wrong, or nothing in it can be planned.
-pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) -> Result<String, Failure> {
+pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> Result<String, Failure> {
+    let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let options = LoadOptions { package_roots: package_roots.to_vec(), ..LoadOptions::default() };
     let robot = load(file, &options)?;
     let whole = Planning::of(&robot);
@@ -57,9 +63,19 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
         let _ =
             writeln!(text, "actuated = [{}]   # the file gives no effort limit for the other joints", names.join(", "));
     }
-    write_rest(&planning, &end, gravity, &mut text);
+    let reach = Reach::of(&planning, end, gravity);
+    let first = format!("{text}{}", reach.text(1.0));
+    let missed = reach.missed(&first, path)?;
     warn_of_file(&robot);
-    Ok(text)
+    let Some(missed) = missed else { return Ok(first) };
+    for cheaper in CHEAPER {
+        let text = format!("{text}{}", reach.text(cheaper));
+        if reach.missed(&text, path)?.is_none() {
+            return Ok(text);
+        }
+    }
+    warn(&missed);
+    Ok(first)
 }
 
 /// Prints what the robot file's reader warns of, as every command does that reads the task.
@@ -141,58 +157,117 @@ fn goal(Planning { robot, tree, start, .. }: &Planning) -> Vec<f64> {
     positions.collect()
 }
 
-/// Sensors, task and costs.
-fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut String) {
-    let (robot, tree, start) = (&planning.robot, &planning.tree, &planning.start);
-    let numbers = Numbers::of(robot, gravity);
-    let names: Vec<_> = tree.joints().iter().map(|name| format!("{name:?}")).collect();
-    let select = names.join(", ");
-    let goal = goal(planning);
-    let link = robot.link(end).unwrap_or(0);
-    let place = |q: &[f64]| Kinematics::at_rest(tree, &numbers, q).poses()[link].position;
-    let (from, to) = (place(start), place(&goal));
-    let moves = (0..3).any(|i| (to[i] - from[i]).abs() > 1e-3);
+/// The task: where the limb starts, and where it ends.
+struct Reach<'a> {
+    planning: &'a Planning,
+    /// The link at the end of the limb.
+    end: String,
+    /// Positions of the joints to reach.
+    goal: Vec<f64>,
+    /// Where the end of the limb is at the start and at the goal, m.
+    from: [f64; 3],
+    to: [f64; 3],
+    /// The greatest effort that holds a joint or overcomes its friction and damping; at least 1 N m or N.
+    effort: f64,
+}
 
-    let kinematics = Kinematics::at_rest(tree, &numbers, start);
-    let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
-    warn_of_falling(planning, &held, gravity);
-    let torque = held.iter().fold(1.0, |most: f64, entry| most.max(entry.abs()));
-    let list = |list: &[f64]| list.iter().map(|entry| format!("{:?}", plain(*entry))).collect::<Vec<_>>().join(", ");
-    let _ = write!(
-        text,
-        "\n[[model.sensors]]\nkind = \"joint_position\"\nselect = [{select}]\nvariance = 1e-6                  # rad^2 or m^2\n\n\
-         [[model.sensors]]\nkind = \"joint_velocity\"\nselect = [{select}]\nvariance = 1e-4                  # squares of rad/s or m/s\n\n\
-         [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {TIME_STEP:?}               # s\n",
-        (DURATION / TIME_STEP).round(),
-    );
-    let _ = write!(
-        text,
-        "# initial_state is left out: at rest at 0, or at the middle of the range if it excludes 0.\n\
-         # initial_control is left out: the plan starts from controls that hold the robot up.\n\n\
-         [tasks.noise]                    # variances; of the process per step\n\
-         initial = {{ \"q.*\" = 1e-6, \"v.*\" = 1e-4 }}\nprocess = {{ \"q.*\" = 1e-10, \"v.*\" = 1e-5 }}\n\n",
-    );
-    if moves {
-        let _ = write!(
-            text,
-            "[[tasks.costs]]\nkind = \"frame_point\"\nframe = {end:?}\ntarget = [{}]   # m; it starts at [{}]\n\
-             weight = 1.0\nfinal_weight = 1e3\n\n",
-            list(&to),
-            list(&from)
-        );
-    } else {
-        let _ = write!(
-            text,
-            "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [{select}]\ntarget = [{}]\nweight = 1.0\nfinal_weight = 1e2\n\n",
-            list(&goal)
-        );
+impl<'a> Reach<'a> {
+    fn of(planning: &'a Planning, end: String, gravity: [f64; 3]) -> Self {
+        let Planning { robot, tree, start, .. } = planning;
+        let numbers = Numbers::of(robot, gravity);
+        let goal = goal(planning);
+        let link = robot.link(&end).unwrap_or(0);
+        let place = |q: &[f64]| Kinematics::at_rest(tree, &numbers, q).poses()[link].position;
+        let (from, to) = (place(start), place(&goal));
+        let kinematics = Kinematics::at_rest(tree, &numbers, start);
+        let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
+        warn_of_falling(planning, &held, gravity);
+        let efforts =
+            tree.joint_indices().iter().zip(&held).zip(goal.iter().zip(start)).map(|((&joint, held), (to, from))| {
+                let speed = 2.0 * (to - from).abs() / DURATION;
+                held.abs() + numbers.joints[joint].friction + numbers.joints[joint].damping * speed
+            });
+        let effort = efforts.fold(1.0, f64::max);
+        Self { planning, end, goal, from, to, effort }
     }
-    let _ = write!(
-        text,
-        "[[tasks.costs]]\nkind = \"joint_velocity\"\nweight = 0.1\nfinal_weight = 1.0\n\n\
-         [[tasks.costs]]\nkind = \"control\"\nweight = {:.1e}\n",
-        1e-2 / (torque * torque)
-    );
+
+    /// How far the end of the limb moves, m.
+    fn way(&self) -> f64 {
+        (0..3).map(|i| (self.to[i] - self.from[i]).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Whether it moves; if not, the joints have targets.
+    fn moves(&self) -> bool {
+        self.way() > 1e-3
+    }
+
+    /// Sensors, task and costs, with this factor on the weight of the control.
+    fn text(&self, cheaper: f64) -> String {
+        let names: Vec<_> = self.planning.tree.joints().iter().map(|name| format!("{name:?}")).collect();
+        let select = names.join(", ");
+        let list =
+            |list: &[f64]| list.iter().map(|entry| format!("{:?}", plain(*entry))).collect::<Vec<_>>().join(", ");
+        let mut text = format!(
+            "\n[[model.sensors]]\nkind = \"joint_position\"\nselect = [{select}]\nvariance = 1e-6                  # rad^2 or m^2\n\n\
+             [[model.sensors]]\nkind = \"joint_velocity\"\nselect = [{select}]\nvariance = 1e-4                  # squares of rad/s or m/s\n\n\
+             [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {TIME_STEP:?}               # s\n",
+            (DURATION / TIME_STEP).round(),
+        );
+        text += "# initial_state is left out: at rest at 0, or at the middle of the range if it excludes 0.\n\
+                 # initial_control is left out: the plan starts from controls that hold the robot up.\n\n\
+                 [tasks.noise]                    # variances; of the process per step\n\
+                 initial = { \"q.*\" = 1e-6, \"v.*\" = 1e-4 }\nprocess = { \"q.*\" = 1e-10, \"v.*\" = 1e-5 }\n\n";
+        if self.moves() {
+            let weight = significant(0.1 / self.way().powi(2), 2);
+            let _ = write!(
+                text,
+                "[[tasks.costs]]\nkind = \"frame_point\"\nframe = {:?}\ntarget = [{}]   # m; it starts at [{}]\n\
+                 weight = {:?}\nfinal_weight = {:?}\n\n",
+                self.end,
+                list(&self.to),
+                list(&self.from),
+                weight,
+                1e3 * weight
+            );
+        } else {
+            let _ = write!(
+                text,
+                "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [{select}]\ntarget = [{}]\nweight = 1.0\nfinal_weight = 1e2\n\n",
+                list(&self.goal)
+            );
+        }
+        let _ = write!(
+            text,
+            "[[tasks.costs]]\nkind = \"joint_velocity\"\nweight = 0.1\nfinal_weight = 1.0\n\n\
+             [[tasks.costs]]\nkind = \"control\"\nweight = {:.1e}\n",
+            cheaper * 1e-2 / (self.effort * self.effort)
+        );
+        text
+    }
+
+    /// Plans the task; what keeps the plan from its target.
+    ///
+    /// # Errors
+    /// Where the text is no task.
+    fn missed(&self, text: &str, path: &str) -> Result<Option<String>, Failure> {
+        let problem = supple_file::parse(text, path)?;
+        let evaluation = match evaluate(&problem, &problem.parameters.initial(), 0, None) {
+            Ok(evaluation) => evaluation,
+            Err(error) => return Ok(Some(error.to_string())),
+        };
+        let task = &evaluation.tasks[0];
+        if !task.status.is_converged() {
+            return Ok(Some(format!("the plan ended as {}", task.status)));
+        }
+        let way = self.way();
+        let off = distance(task).filter(|&off| self.moves() && off > BESIDE * way);
+        Ok(off.map(|off| {
+            let [off, way] = [off, way].map(|length| short(length, 2));
+            format!(
+                "the plan ends {off} m from its target, which is {way} m away: increase `final_weight` of `frame_point`, or `steps`"
+            )
+        }))
+    }
 }
 
 /// A path as seen from a folder, where it has a part in common with it; else from the top.

@@ -173,7 +173,7 @@ impl<'a> Tried<'a> {
 }
 
 /// Evaluates the one task of a draft, with its trajectory; from the controls of a plan, if given.
-fn evaluate(
+pub fn evaluate(
     problem: &Problem,
     phi: &[f64],
     rollouts: usize,
@@ -237,6 +237,14 @@ fn of_softest((stiffness, LimitViolation { name, worst, limit, .. }): &(f64, Lim
     )
 }
 
+/// How far a plan ends from the targets of its costs of points, m.
+pub fn distance(task: &TaskEvaluation) -> Option<f64> {
+    let of_cost = task.trajectory.as_ref()?.quantities.iter().filter(|quantity| quantity.of.starts_with("cost "));
+    let places = of_cost.filter(|quantity| quantity.unit == "m" && quantity.name.contains(" of "));
+    let off = places.filter_map(|quantity| Some(quantity.values.last()? - quantity.target?));
+    Some(off.map(|off| off * off).sum::<f64>().sqrt())
+}
+
 /// The fault of a plan that ends beside its target.
 fn beside(draft: &Draft, task: &TaskEvaluation) -> Option<String> {
     let trajectory = task.trajectory.as_ref()?;
@@ -247,12 +255,7 @@ fn beside(draft: &Draft, task: &TaskEvaluation) -> Option<String> {
             let hinge = trajectory.state_names.iter().position(|state| *state == name)?;
             (trajectory.states.last()?[hinge] - draft.opening(), draft.opening_tolerance(), "rad")
         }
-        _ => {
-            let of_cost = trajectory.quantities.iter().filter(|quantity| quantity.of.starts_with("cost "));
-            let places = of_cost.filter(|quantity| quantity.unit == "m" && quantity.name.contains(" of "));
-            let off = places.filter_map(|quantity| Some(quantity.values.last()? - quantity.target?));
-            (off.map(|off| off * off).sum::<f64>().sqrt(), draft.rules.tolerance, "m")
-        }
+        _ => (distance(task)?, draft.rules.tolerance, "m"),
     };
     let off = off.abs();
     (off > BESIDE * tolerance).then(|| {

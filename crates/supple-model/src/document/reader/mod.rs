@@ -239,8 +239,10 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         }
         match (self.value.get_ref(), self.names) {
             (Content::Text(text), Some(names)) if self.cell().is_none_or(|cell| cell.is_text()) => {
-                names.value(text).map_err(ReadError::custom)?.visit(visitor)
+                names.respond(text, visitor)
             }
+            // A table would be mistaken for a response.
+            (Content::Table(_), _) => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
             _ => self.deserialize_any(visitor),
         }
     }

@@ -130,7 +130,7 @@ fn limit(text: &mut String, kind: &str, (select, ranges): (&[String], &[[f64; 2]
     said(text, &format!("lower = {lower}"), &format!("{unit}, of the robot file"));
     let _ = writeln!(text, "upper = {upper}");
     if enforced {
-        said(text, "enforce = true", "without it, the plan exceeds these limits");
+        said(text, "enforce = true", "without it, the plan exceeds limits of the robot");
     }
     text.push('\n');
 }
