@@ -18,7 +18,7 @@ pub fn check_page(about: &About, report: &CheckReport) -> String {
             rows.add_row([
                 row.name.clone(),
                 format!("{:.1e}", row.error),
-                format!("{:.0e}", row.tolerance),
+                format!("{:.1e}", row.tolerance),
                 row.place.clone(),
                 format!("{:.6e}", row.analytic),
                 format!("{:.6e}", row.numeric),

@@ -356,7 +356,7 @@ impl<M: ModelFile> Model for Equipped<M> {
         let Channels { states, controls, measurements } = self.model.channels();
         let Equipment { kept, added, .. } = &self.equipment;
         let kept = kept.iter().map(|&row| measurements[row].clone());
-        let measurements = kept.chain(added.iter().map(|(_, channel, _)| channel.clone())).collect();
+        let measurements = Channel::distinct(kept.chain(added.iter().map(|(_, channel, _)| channel.clone())).collect());
         let recalled = self.recalled.iter().map(|recalled| recalled.channel.clone());
         Channels { states: states.into_iter().chain(recalled).collect(), controls, measurements }
     }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::{Measurable, Quantity, Unfit, Vocabulary};
-use crate::document::{Described, FileError, ReadError, Reader, Registry, Spot};
+use crate::document::{Content, Described, Document, FileError, Place, ReadError, Reader, Registry, Spanned, Spot};
 use crate::parameters::Parameters;
 
 /// How a kind of quantity is read from a task file.
@@ -130,6 +130,28 @@ impl Context<'_> {
             .map_err(|error| document.read_error(at, error))?
             .map_err(|unfit| unfit.at(document, at))?;
         quantity.check(self.parameters).map_err(|unfit| unfit.at(document, at))?;
+        check_selection(document, at)?;
         Ok(quantity)
+    }
+}
+
+/// What is selected twice would be measured, paid for or limited twice.
+fn check_selection(document: &Document, at: &[Place]) -> Result<(), FileError> {
+    let mut place = at.to_vec();
+    place.push("select".into());
+    let Some(Content::List(names)) = document.get(&place).map(Spanned::get_ref) else { return Ok(()) };
+    let names: Vec<&Content> = names.iter().map(Spanned::get_ref).collect();
+    let is_again = |&index: &usize| match names[index] {
+        Content::Text(name) => {
+            names[..index].iter().any(|other| matches!(other, Content::Text(other) if other == name))
+        }
+        _ => false,
+    };
+    match (0..names.len()).find(is_again) {
+        None => Ok(()),
+        Some(index) => {
+            place.push(index.into());
+            Err(document.error(&place, "is selected already; name each once"))
+        }
     }
 }

@@ -41,6 +41,10 @@ pub(super) struct Differencing<'a> {
     pub block: usize,
 }
 
+/// Factors on the longest step for a second opinion on a derivative that a difference contradicts: a derivative is wrong if
+/// the differences over all these steps contradict it, as those over some may agree with one another by chance.
+pub(super) const OTHER_STEPS: [f64; 3] = [0.31, 0.017, 3.3];
+
 /// Rounding error of a function that sums several terms, relative to its value.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -167,16 +171,23 @@ fn extrapolate(
 
 const UNKNOWN: Difference = Difference { value: f64::NAN, uncertainty: f64::INFINITY };
 
-/// A value with at most this relative uncertainty is considered converged: shorter steps that contradict it show noise.
+/// A value with at most this relative uncertainty is considered converged: shorter steps that contradict it and have not
+/// converged show noise.
 const SETTLED: f64 = 1e-4;
 
 /// The better of the results from longer and shorter steps: the less uncertain one, unless they contradict each other; then
-/// the one from shorter steps, because these resolve a bend that longer steps miss.
+/// the one from shorter steps, because these resolve a bend that longer steps miss. If both have converged, to different
+/// values, the difference is part of the uncertainty.
 fn better(longer: Difference, shorter: Difference) -> Difference {
     let apart = (shorter.value - longer.value).abs();
-    let has_settled = longer.uncertainty <= SETTLED * longer.value.abs();
-    let contradict = !has_settled && apart > shorter.uncertainty + longer.uncertainty;
-    if contradict || shorter.uncertainty < longer.uncertainty { shorter } else { longer }
+    let has_settled = |one: Difference| one.uncertainty <= SETTLED * one.value.abs();
+    let contradict = apart > shorter.uncertainty + longer.uncertainty;
+    match (contradict, has_settled(longer), has_settled(shorter)) {
+        (true, true, true) => Difference { uncertainty: shorter.uncertainty + apart, ..shorter },
+        (true, false, _) => shorter,
+        _ if shorter.uncertainty < longer.uncertainty => shorter,
+        _ => longer,
+    }
 }
 
 /// Difference quotients over a step, and the magnitudes of the values they are computed from.
@@ -249,6 +260,21 @@ mod tests {
             assert!((found.value - exact).abs() <= found.uncertainty, "{width}: {found:?}, not {exact}");
             assert!(found.uncertainty < 2e-5 * exact, "{width}: {found:?}");
         }
+    }
+
+    /// Quotients of longer steps agreed by chance, and a derivative that was right counted as wrong.
+    #[test]
+    fn values_that_contradict_each_other_are_uncertain() {
+        let [longer, shorter] = [1.113_639e-3, 1.113_612e-3].map(|value| Difference { value, uncertainty: 4e-9 });
+        let found = better(longer, shorter);
+        assert_eq!(found.value, shorter.value);
+        assert!((2.7e-8..4e-8).contains(&found.uncertainty), "{found:?}");
+        // Once more steps agree with the shorter ones, they count.
+        let next = better(found, Difference { value: 1.113_611_8e-3, uncertainty: 1e-9 });
+        assert_eq!(next.uncertainty, 1e-9);
+        // A value that has not converged contradicts nothing.
+        let noisy = Difference { value: 1.2e-3, uncertainty: 1e-6 };
+        assert_eq!(better(longer, noisy).value, longer.value);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use supple_model::parameters::Parameters;
 use supple_model::system::Curvature;
 
 use super::compare::Row;
-use super::differences::{Difference, Differencing, differentiate, noise};
+use super::differences::{Difference, Differencing, OTHER_STEPS, differentiate, noise};
 use super::parameters::{parameter_row, size_of};
 use crate::Error;
 
@@ -90,13 +90,20 @@ pub fn compare_gradients(
     phi: &[f64],
     state: &mut TaskState,
 ) -> Result<ComparedGradients, Error> {
-    let mut found = ComparedGradients::default();
     if phi.is_empty() {
-        return Ok(found);
+        return Ok(ComparedGradients::default());
     }
-    found.frozen(problem, task, phi, state);
-    if state.plan.mode.has_total_gradient() {
-        found.total(problem, task, phi, state)?;
+    let mut found = ComparedGradients::over(1.0, problem, task, phi, state)?;
+    for lengthened in OTHER_STEPS {
+        if found.gradients.iter().all(|gradient| gradient.row(&problem.parameters).passed) {
+            break;
+        }
+        let again = ComparedGradients::over(lengthened, problem, task, phi, state)?;
+        for (gradient, again) in found.gradients.iter_mut().zip(again.gradients) {
+            if !gradient.row(&problem.parameters).passed && again.row(&problem.parameters).passed {
+                *gradient = again;
+            }
+        }
     }
     Ok(found)
 }
@@ -105,6 +112,22 @@ pub fn compare_gradients(
 type ByParameter = (Option<Vec<Difference>>, Vec<String>);
 
 impl ComparedGradients {
+    /// All gradients, with this factor on the longest steps of the differences.
+    fn over(
+        lengthened: f64,
+        problem: &Problem,
+        task: &Task,
+        phi: &[f64],
+        state: &mut TaskState,
+    ) -> Result<Self, Error> {
+        let mut found = Self::default();
+        found.frozen(problem, task.at(phi), lengthened * LONGEST, state);
+        if state.plan.mode.has_total_gradient() {
+            found.total(problem, task.at(phi), lengthened * LONGEST_PLANNED, state)?;
+        }
+        Ok(found)
+    }
+
     /// Appends gradients with their differences by each parameter.
     fn take(&mut self, gradients: Vec<(String, Vec<f64>)>, differences: Vec<ByParameter>) {
         for (index, (name, analytic)) in gradients.into_iter().enumerate() {
@@ -115,11 +138,11 @@ impl ComparedGradients {
     }
 
     /// Appends frozen gradients: trajectory, gains and value of information held fixed.
-    fn frozen(&mut self, problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) {
+    fn frozen(&mut self, problem: &Problem, TaskAt { task, phi }: TaskAt, longest: f64, state: &mut TaskState) {
         let mut analytic = FrozenGradient::default();
         state.frozen_gradient(task, phi, &mut analytic);
         let state = &*state;
-        let differences = differences(problem, phi, LONGEST, || {
+        let differences = differences(problem, phi, longest, || {
             let mut scratch = Scratch::new();
             move |phi: &[f64]| frozen_values(task, phi, state, &mut scratch).map_err(|error| error.to_string())
         });
@@ -129,7 +152,13 @@ impl ComparedGradients {
     }
 
     /// Appends total gradients: everything varies, and at every step the plan is recomputed from the same start.
-    fn total(&mut self, problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
+    fn total(
+        &mut self,
+        problem: &Problem,
+        TaskAt { task, phi }: TaskAt,
+        longest: f64,
+        state: &mut TaskState,
+    ) -> Result<(), Error> {
         let named = [
             ("information", Some(Functional::INFORMATION)),
             ("belief cost", Some(Functional::BELIEF)),
@@ -151,7 +180,7 @@ impl ComparedGradients {
         gradients.push(("total gradient, information used".to_owned(), used));
         let controls = state.plan.trajectory.controls.clone();
         let planning = tight(&problem.planning);
-        let differences = differences(problem, phi, LONGEST_PLANNED, || {
+        let differences = differences(problem, phi, longest, || {
             let mut again = TaskState::new(task);
             let (controls, planning) = (&controls, &planning);
             move |phi: &[f64]| planned_values(task.at(phi), planning, controls, &mut again)

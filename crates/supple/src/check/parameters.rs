@@ -50,7 +50,7 @@ impl SystemCheck<'_> {
     ) -> Row {
         let mut numeric = Vec::new();
         for index in 0..analytic.len() {
-            let step = LONGEST * size_of(&self.problem.parameters, self.phi, index);
+            let step = self.lengthened * LONGEST * size_of(&self.problem.parameters, self.phi, index);
             let found = differentiate(differencing(step, tolerance, 1), |h| {
                 let mut phi = self.phi.to_vec();
                 phi[index] += h;
@@ -120,7 +120,7 @@ impl SystemCheck<'_> {
         let variation = Variation { joint: &joint, costates: &costates };
         let (trajectory, lambda) = (self.plan.trajectory.clone(), self.plan.costates.clone());
         let analytic = self.parameter_gradient(trajectory.points(), self.phi, &lambda, Some(variation));
-        let numeric = differentiate(differencing(LONGEST, HIGHER_ORDER, 1), |h| {
+        let numeric = differentiate(differencing(self.lengthened * LONGEST, HIGHER_ORDER, 1), |h| {
             let (mut trajectory, mut lambda) = (trajectory.clone(), lambda.clone());
             for t in 0..=steps {
                 add(trajectory.states.vector_mut(t), h, &joint.vector(t)[..size.states]);

@@ -7,7 +7,7 @@ use supple_model::Trajectory;
 use supple_model::system::{Adjoints, Curvature};
 
 use super::compare::{Entries, Row};
-use super::differences::{Difference, Differencing, differentiate};
+use super::differences::{Difference, Differencing, OTHER_STEPS, differentiate};
 use crate::branches::uniform;
 use crate::knots::Linearise;
 use crate::plan::Plan;
@@ -15,18 +15,19 @@ use crate::problem::{Problem, Task};
 
 /// Every derivative of the task's system along its plan.
 pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], plan: &Plan) -> Vec<Row> {
-    let mut check = SystemCheck { problem, task, phi, plan, scratch: Scratch::new() };
-    vec![
-        check.dynamics(),
-        check.measurement(),
-        check.cost_gradient(),
-        check.cost_hessian(),
-        check.dynamics_curvature(),
-        check.contraction_by_trajectory(),
-        check.contraction_by_parameters(),
-        check.lagrangian_by_parameters(),
-        check.mixed(),
-    ]
+    let mut check = SystemCheck { problem, task, phi, plan, lengthened: 1.0, scratch: Scratch::new() };
+    let derivatives = [
+        SystemCheck::dynamics,
+        SystemCheck::measurement,
+        SystemCheck::cost_gradient,
+        SystemCheck::cost_hessian,
+        SystemCheck::dynamics_curvature,
+        SystemCheck::contraction_by_trajectory,
+        SystemCheck::contraction_by_parameters,
+        SystemCheck::lagrangian_by_parameters,
+        SystemCheck::mixed,
+    ];
+    derivatives.into_iter().map(|derivative| check.compared(derivative)).collect()
 }
 
 pub(super) struct SystemCheck<'a> {
@@ -34,6 +35,8 @@ pub(super) struct SystemCheck<'a> {
     pub(super) task: &'a Task,
     pub(super) phi: &'a [f64],
     pub(super) plan: &'a Plan,
+    /// Factor on all steps.
+    pub(super) lengthened: f64,
     pub(super) scratch: Scratch,
 }
 
@@ -63,7 +66,22 @@ fn moved(trajectory: &Trajectory, t: usize, j: usize, h: f64) -> (Vec<f64>, Vec<
     (x, u)
 }
 
-impl SystemCheck<'_> {
+impl<'a> SystemCheck<'a> {
+    /// Compares a derivative with differences; if they contradict it, also with those over other steps.
+    fn compared(&mut self, derivative: impl Fn(&mut SystemCheck<'a>) -> Row) -> Row {
+        let first = derivative(self);
+        if first.passed {
+            return first;
+        }
+        let again = OTHER_STEPS.into_iter().map(|lengthened| {
+            self.lengthened = lengthened;
+            derivative(self)
+        });
+        let found = again.into_iter().find(|row| row.passed);
+        self.lengthened = 1.0;
+        found.unwrap_or(first)
+    }
+
     /// Display name of state `j` or control `j - n`.
     fn variable(&self, j: usize) -> String {
         let names = self.task.system.state_names();
@@ -73,7 +91,7 @@ impl SystemCheck<'_> {
     /// The longest step of entry `j` of `z_t`.
     fn size(&self, t: usize, j: usize) -> f64 {
         let (x, u) = moved(&self.plan.trajectory, t, j, 0.0);
-        STEP * (1.0 + x.into_iter().chain(u).nth(j).unwrap_or(0.0).abs())
+        self.lengthened * STEP * (1.0 + x.into_iter().chain(u).nth(j).unwrap_or(0.0).abs())
     }
 
     /// The row for a sequence of matrices, one per step: entry `(i, j)` has one scale over all steps.

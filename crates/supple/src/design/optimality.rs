@@ -10,8 +10,8 @@ pub(crate) const OPTIMAL: f64 = 1e-4;
 
 /// First-order optimality of a visited design, and the multipliers of the tasks' bounds and, last, of the budget.
 ///
-/// For least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradients of
-/// information and weighted price. For least cost: that of the convex combination of the gradients of `J_i / D_i` over the
+/// For least information: the largest entry of the projected gradient of the Lagrangian, relative to information and
+/// weighted price or their gradients, whichever is larger. For least cost: that of the convex combination of the gradients of `J_i / D_i` over the
 /// tasks where it is greatest, relative to `J_i / D_i`; there are no multipliers of bounds.
 pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let Visitor { problem, settings, aim, scaling, .. } = visitor;
@@ -35,11 +35,13 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
                     Limited::Unmeasured(_) => {}
                 }
             }
-            // If information and price are in balance, the gradient of their sum cannot serve as a scale.
-            let parts = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
-            let parts = parts.map(|(information, price)| information.abs() + (at.price.weight * price).abs());
-            let size = parts.fold(1e-300, f64::max);
-            (worst / size, reported)
+            // If information and price are in balance, the gradient of their sum cannot serve as a scale; nor can any
+            // gradient at an optimum that no limit holds.
+            let size = |information: f64, price: f64| information.abs() + (at.price.weight * price).abs();
+            let slopes = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
+            let slopes = slopes.map(|(information, price)| size(information, price));
+            let scale = slopes.fold(size(at.information(problem), at.price.total).max(1e-300), f64::max);
+            (worst / scale, reported)
         }
         Aim::Cost => {
             let most = at.violation();

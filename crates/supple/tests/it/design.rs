@@ -118,6 +118,51 @@ fn a_stop_keeps_what_was_found() {
     assert!(found.starts[0].information.is_finite() && !found.starts[0].controls.is_empty());
 }
 
+/// Optima that neither a limit nor the box holds were never told as such: there, all gradients are zero. The reference is
+/// a sweep over `k`.
+#[test]
+fn optima_that_no_limit_holds_are_optima() {
+    let text = |bound: &str| {
+        format!(
+            r#"
+[model]
+kind = "linear"
+A = [[1.0, 0.1], ["-0.1 * k", 1.0]]
+B = [[0.0], [0.1]]
+C = [[1.0, 0.0]]
+
+[parameters.k]
+initial = 1.0
+bounds = [0.1, 10.0]
+
+[[tasks]]
+name = "hold"
+steps = 20
+time_step = 0.1
+initial_state = [1.0, 0.0]
+{bound}
+noise = {{ initial = [0.1, 0.1], process = [1e-4, 1e-4], measurement = [1e-2] }}
+costs = [{{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.0]], R = [[0.1]], final = [[10.0, 0.0], [0.0, 0.0]] }}]
+"#
+        )
+    };
+    for (bound, method) in [("", Method::Sqp), ("bound = 100", Method::Sqp), ("", Method::Cobyla)] {
+        let problem = supple_file::parse(&text(bound), "hold.toml").unwrap();
+        let settings = DesignSettings { method, starts: 1, tolerance: 1e-8, ..Default::default() };
+        for first in [0.5, 2.0, 4.735_589_839_572_523, 9.0] {
+            let found = design(&problem, &[first], &settings, Control::default()).unwrap();
+            let StartSummary { to, optimality, information, .. } = &found.starts[0];
+            assert_eq!(found.status, DesignStatus::Converged, "{method:?} from {first}: {optimality}");
+            assert!((to[0] - 4.735_59).abs() < 1e-3, "{method:?} from {first}: {to:?}");
+            assert!((information / std::f64::consts::LN_2 - 6.604_196).abs() < 1e-5, "{information}");
+        }
+        // Beside the optimum, where the gradient is not zero, a search that ends has not converged.
+        let settings = DesignSettings { max_evaluations: 1, ..settings };
+        let found = design(&problem, &[4.6], &settings, Control::default()).unwrap();
+        assert_ne!(found.status, DesignStatus::Converged, "{}", found.starts[0].optimality);
+    }
+}
+
 /// Above `v = 1.6` there is no system. The first step of the search leads there; the optimum is below.
 #[test]
 fn searches_step_back_from_designs_that_cannot_be_evaluated() {

@@ -229,7 +229,7 @@ impl Model for Robot {
         Channels {
             states: self.state_channels(),
             controls: self.drives.iter().map(|drive| self.control_channel(drive)).collect(),
-            measurements: self.sensors.iter().flat_map(|sensor| sensor.channels.clone()).collect(),
+            measurements: Channel::distinct(self.sensors.iter().flat_map(|sensor| sensor.channels.clone()).collect()),
         }
     }
 

@@ -103,8 +103,14 @@ impl<'a> Reader<'a, '_> {
                     let help = "give the body an `inertial`, or the geom the mass 0";
                     return Err(at.error(message).with_help(help));
                 }
-                // The inertia of a body that cannot move does not matter.
-                Mass::OfMesh => return Ok(None),
+                Mass::OfMesh => {
+                    self.parts.warnings.note("mass of mesh", at, || {
+                        "the mass of its body would follow from this mesh, and meshes are not read: as the body does not move, \
+                         it only lacks in the robot's mass and centre of mass"
+                            .to_owned()
+                    });
+                    return Ok(None);
+                }
             }
         }
         Ok(sum(&solids))
