@@ -333,6 +333,40 @@ fn tools_are_mounted_before_fingers() {
     assert!(text.contains("frame = \"arm_tcp\""), "{text}");
 }
 
+/// A lift with a telescope and a wrist, whose tool cannot be turned at will although it has six joints, or whose tool stays
+/// in a plane: no posture was found for either.
+#[test]
+fn telescopes_have_tasks() {
+    let telescope = |slides: usize, wrist: &[[&str; 2]]| {
+        let joints = [("prismatic", "0 0 0", "0 0 1", 1.0)].into_iter();
+        let joints = joints.chain((0..slides).map(|_| ("prismatic", "0 0 0", "0 1 0", 0.52 / slides as f64)));
+        let joints = joints.chain(wrist.iter().map(|[at, axis]| ("revolute", *at, *axis, 1.5)));
+        let mut text = "<robot name=\"telescope\"><link name=\"l0\"/>".to_owned();
+        let mut last = 0;
+        for (index, (kind, at, axis, upper)) in joints.enumerate() {
+            last = index + 1;
+            let lower = if kind == "revolute" { -upper } else { 0.0 };
+            text += &format!(
+                "<link name=\"l{last}\"><inertial><origin xyz=\"0 0 0.02\"/><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" \
+                 izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><joint name=\"j{last}\" type=\"{kind}\"><parent \
+                 link=\"l{index}\"/><child link=\"l{last}\"/><origin xyz=\"{at}\"/><axis xyz=\"{axis}\"/><limit lower=\"{lower}\" \
+                 upper=\"{upper}\" effort=\"100\" velocity=\"1\"/></joint>"
+            );
+        }
+        text + &format!(
+            "<link name=\"tool\"/><joint name=\"to_tool\" type=\"fixed\"><parent link=\"l{last}\"/><child link=\"tool\"/>\
+             <origin xyz=\"0 0 0.1\"/></joint></robot>"
+        )
+    };
+    let wrist = [["0 0 0", "0 0 1"], ["0.1 0 0", "1 0 0"], ["0 0 0.05", "0 0 1"]];
+    for (slides, wrist) in [(2, &wrist[..]), (4, &[["0.037 0 0.003", "0 0 1"]][..])] {
+        let folder = Folder::new();
+        std::fs::write(folder.path("telescope.urdf"), telescope(slides, wrist)).unwrap();
+        let (text, found) = written(&folder, "task", &["--robot", "telescope.urdf", "--template", "press"]);
+        assert_good(&text, &found);
+    }
+}
+
 /// Speeds of joints that slide, m/s, do not limit those of joints that turn, rad/s.
 #[test]
 fn a_slow_lift_does_not_slow_an_arm() {

@@ -24,6 +24,10 @@ const LOADED: f64 = 0.8;
 pub const FEW: usize = 3;
 /// Required reach, relative to the distance of the target: a fully stretched limb could move no further.
 const SPARE: f64 = 1.1;
+/// Postures that tell whether a limb moves its tool in all directions, as single ones may be singular; and the least
+/// singular value of its Jacobian that counts, with lengths relative to the reach.
+const FREE_SAMPLES: usize = 8;
+const LEAST_MOTION: f64 = 1e-6;
 /// How far the tool of a limb with few joints may miss a requested place, as a share of the reach: the line or surface
 /// that it can reach seldom passes through it.
 const NEAR: f64 = 0.01;
@@ -101,15 +105,30 @@ struct Search<'a> {
     efforts: Vec<f64>,
     /// The axis of the tool's frame in which the limb points outwards.
     push: [f64; 3],
+    /// Whether the limb can give its tool any orientation at a place: with six joints, unless some move it alike, as
+    /// parallel slides do.
+    turns: bool,
 }
 
 impl<'a> Search<'a> {
     fn of(limb: &'a Limb) -> Self {
         let planning = &limb.planning;
         let limits = planning.tree.joint_indices().iter().map(|&joint| planning.robot.joints[joint].limits).collect();
-        let mut search = Self { limb, numbers: limb.numbers(), limits, efforts: limb.efforts(), push: [0.0, 0.0, 1.0] };
+        let (numbers, efforts) = (limb.numbers(), limb.efforts());
+        let mut search = Self { limb, numbers, limits, efforts, push: [0.0, 0.0, 1.0], turns: false };
         search.push = search.pushing();
+        search.turns = (0..FREE_SAMPLES).any(|index| search.is_free(&search.sample(index)));
         search
+    }
+
+    /// Whether the joints move the tool in all six directions.
+    fn is_free(&self, q: &[f64]) -> bool {
+        let tree = &self.limb.planning.tree;
+        let kinematics = Kinematics::at_rest(tree, &self.numbers, q);
+        let jacobian = frame_jacobian(tree, &kinematics, self.limb.link, self.limb.pose.position);
+        let size = |row: usize| if row < 3 { 1.0 } else { self.limb.reach };
+        let rows = nalgebra::DMatrix::from_fn(6, q.len(), |row, dof| jacobian[row][dof] / size(row));
+        rows.rank(LEAST_MOTION) == 6
     }
 
     /// The axis of the tool's frame closest to the direction from the last joint to the tool; z if they coincide.
@@ -219,18 +238,19 @@ impl<'a> Search<'a> {
         let limb = self.limb;
         let (pose, _) = self.worth(near);
         let few = limb.joints().len() < FEW;
-        let position = match at {
-            None if few => pose.position,
-            at => at.unwrap_or(pose.position).map(|entry| round(entry, limb.reach)),
-        };
         let turn = upright(normal, &pose, self.push);
         let rpy = turn.map(rounded_rpy);
-        let chosen = rpy.filter(|_| limb.joints().len() >= 6);
+        let chosen = rpy.filter(|_| self.turns);
         let tree = &limb.planning.tree;
-        let reached = self.reached(&limb.planning.start, position, chosen);
-        if !(reached.is_there() || few && reached.distance < NEAR * limb.reach) {
-            return None;
-        }
+        // Round numbers, unless the tool moves on a surface that does not pass through them.
+        let round = at.unwrap_or(pose.position).map(|entry| round(entry, limb.reach));
+        let exact = at.is_none().then_some(pose.position);
+        let places = if few { [exact.or(Some(round)), None] } else { [Some(round), exact] };
+        let (position, reached) = places
+            .into_iter()
+            .flatten()
+            .map(|position| (position, self.reached(&limb.planning.start, position, chosen)))
+            .find(|(_, reached)| reached.is_there() || few && reached.distance < NEAR * limb.reach)?;
         let q: Vec<f64> = if few { reached.q.iter().copied().map(four_decimals).collect() } else { reached.q.clone() };
         let (pose, worth) = self.worth(&q);
         // The tool could only slide along this wall, never press on it.
