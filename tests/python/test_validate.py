@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ import supple
 pytest.importorskip("mujoco")
 
 from supple.__main__ import main
+from supple._mujoco.bodies import bodies
+from supple._mujoco.judgement import Moves, conclude
 
 #: Enough for statements about means.
 ROLLOUTS = 60
@@ -179,6 +182,40 @@ def test_robots_as_mjcf_are_read_by_mujoco(program: Path, path: str, tmp_path: P
         follower, leader = model.eq_obj1id[index], model.eq_obj2id[index]
         G[follower] = model.eq_data[index, 1] * G[leader]
     assert np.allclose(G.T @ full @ G, dynamics["mass_matrix"], rtol=1e-9, atol=1e-12)
+
+
+def loop(cost: float, interval: tuple[float, float]) -> supple.validation.SampledLoop:
+    return supple.validation.SampledLoop(
+        cost_mean=cost,
+        cost_interval_95=np.array(interval),
+        cost_median=cost,
+        realised_bits=10.0,
+        realised_bits_interval_95=np.array([9.0, 11.0]),
+        consistency=None,
+        touched={},
+        diverged=0,
+        ends_well=1.0,
+    )
+
+
+def test_a_cost_of_many_times_the_predicted_one_is_broken_whatever_its_interval() -> None:
+    """Ten roll-outs with a heavy tail: the interval reaches down to what was predicted."""
+    moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
+    few = conclude((1.0, 10.0), loop(1.0, (0.9, 1.1)), loop(28.0, (-5.0, 61.0)), "q", moves)
+    assert few.broken and "28 instead of the predicted 1" in few.words and few.words.endswith("the steps")
+    # Supple's own roll-outs are as far off: no step of MuJoCo is the cause.
+    alike = conclude((1.0, 10.0), loop(14.0, (0.5, 28.0)), loop(28.0, (-5.0, 61.0)), "q", moves)
+    assert alike.broken and "supple's own roll-outs are not as predicted either" in alike.words
+    less = conclude((1.0, 10.0), loop(1.0, (0.9, 1.1)), loop(3.0, (0.5, 5.5)), "q", moves)
+    assert not less.broken and less.words == "the design holds on MuJoCo as predicted"
+
+
+def test_materials_of_sites_are_no_obstacle() -> None:
+    text = """
+    <mujoco><asset><material name="wood"/></asset><worldbody><site name="goal" material="wood"/><body name="arm">
+    <joint name="turn" axis="0 1 0" damping="0.1"/><inertial pos="0 0 -0.2" mass="1" diaginertia="0.01 0.01 0.01"/>
+    </body></worldbody><actuator><motor joint="turn"/></actuator></mujoco>"""
+    assert bodies("arm.xml", {"arm.xml": text}).spec.compile().nv == 1
 
 
 def test_what_is_wrong_is_named() -> None:

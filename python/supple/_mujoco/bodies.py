@@ -65,6 +65,8 @@ def bodies(
         for index, body in enumerate(spec.bodies):
             body.name = body.name or f"body {index}"
         _settle(spec)
+        for element in (*spec.sites, *spec.tendons):
+            element.material = ""
         for lists in (spec.sensors, spec.keys, spec.geoms, spec.cameras, spec.lights, spec.pairs, spec.excludes):
             for element in list(lists):
                 spec.delete(element)

@@ -20,7 +20,7 @@ from ..reports import Consistency
 from ..results import Design, Evaluation
 from ..task import Task
 from ..validation import SampledLoop, TaskValidation, Validation
-from .judgement import Moves, conclude
+from .judgement import Moves, conclude, sampled
 from .plant import Plant
 from .robot import FACTORS, Robot
 
@@ -253,7 +253,9 @@ def _trial(
     if own_contacts and robot.contacts:
         robot = make(trial.mean_forces(plan.states[points], plan.controls[points]))
         trial = Plant(robot, len(points), plan.time_step, FEWEST)
-    is_settled = settle(trial, plan.states[points], plan.controls[points])
+    # About the plan, contacts slip and stick as they do not on it.
+    x, u = sampled(plan)
+    is_settled = settle(trial, x[points], u[points])
     return robot, points, trial, is_settled
 
 
