@@ -30,6 +30,8 @@ const SUBSTEPS: [usize; 3] = [2, 4, 8];
 /// Maximum factor on the contact's smoothing length if roll-outs contradict the linearisation; and its increment.
 const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
+/// Joints without a drive fall if holding them takes more than this share of the limb's weight at its lever.
+const FALLING: f64 = 0.01;
 /// Speed limits above this are treated as absent, rad/s or m/s.
 const FASTEST: f64 = 100.0;
 
@@ -140,7 +142,8 @@ fn warn_of_fast(limb: &Limb) {
 /// If there are postures, but none of them qualifies.
 fn held_up(limb: &Limb, found: &mut Vec<Start>) -> Result<(), Failure> {
     let gravity = limb.gravity.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-    let falls = |start: &Start| falling(&limb.planning, &start.held, gravity * limb.mass * limb.lever());
+    let least = FALLING * gravity * limb.mass * limb.lever();
+    let falls = |start: &Start| falling(&limb.planning, &start.held, |_| least);
     let Some(first) = found.first().map(falls) else { return Ok(()) };
     found.retain(|start| falls(start).is_empty());
     if found.is_empty() {

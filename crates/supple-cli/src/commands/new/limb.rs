@@ -163,13 +163,10 @@ impl Limb {
     }
 }
 
-/// Joints without a drive fall if holding them takes more than this share of the weight.
-const FALLING: f64 = 0.01;
-
-/// The joints without a drive that gravity moves, given what holds each, of a robot of this weight, both N m or N.
-pub fn falling(planning: &Planning, held: &[f64], weight: f64) -> Vec<usize> {
+/// The joints without a drive that gravity moves: those that more than `least`, N m or N, of each joint holds.
+pub fn falling(planning: &Planning, held: &[f64], least: impl Fn(usize) -> f64) -> Vec<usize> {
     let driven = driven(planning);
-    (0..held.len()).filter(|dof| !driven.contains(dof) && held[*dof].abs() > FALLING * weight).collect()
+    (0..held.len()).filter(|dof| !driven.contains(dof) && held[*dof].abs() > least(*dof)).collect()
 }
 
 /// The joints of a robot with drives: those that actuators of the file drive, or else those with an effort, or else all.

@@ -3,13 +3,12 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use supple_robot::vector::dot;
-use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, load};
+use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, load, mass_matrix};
 use supple_text::{quoted, short, significant};
 
 use super::limb::falling;
 use super::rules::plain;
-use super::tried::{distance, evaluate};
+use super::tried::{distance, evaluate, exceeded};
 use crate::commands::robot::{Planning, SMOOTHING};
 use crate::failure::Failure;
 use crate::output::warn;
@@ -25,6 +24,10 @@ const TIME_STEP: f64 = 0.005;
 
 /// Factors on the weight of the control to try if the plan does not reach its target.
 const CHEAPER: [f64; 3] = [0.1, 0.01, 0.001];
+/// Factors on the time to try if the plan exceeds limits of the robot.
+const SLOWER: [f64; 2] = [2.0, 4.0];
+/// Joints without a drive fall if gravity accelerates them by more than this, rad/s^2 or m/s^2.
+const FALLING: f64 = 1.0;
 /// How far from its target a plan may end, as a share of the way.
 const BESIDE: f64 = 0.1;
 
@@ -64,18 +67,34 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> 
             writeln!(text, "actuated = [{}]   # the file gives no effort limit for the other joints", names.join(", "));
     }
     let reach = Reach::of(&planning, end, gravity);
-    let first = format!("{text}{}", reach.text(1.0));
-    let missed = reach.missed(&first, path)?;
-    warn_of_file(&robot);
-    let Some(missed) = missed else { return Ok(first) };
-    for cheaper in CHEAPER {
-        let text = format!("{text}{}", reach.text(cheaper));
-        if reach.missed(&text, path)?.is_none() {
-            return Ok(text);
+    let written = |cheaper: f64, slower: f64| -> Result<(String, Plan), Failure> {
+        let text = format!("{text}{}", reach.text(cheaper, slower));
+        let plan = reach.planned(&text, path)?;
+        Ok((text, plan))
+    };
+    let (mut text, mut plan) = written(1.0, 1.0)?;
+    let mut weight = 1.0;
+    if plan.missed.is_some() {
+        for cheaper in CHEAPER {
+            let other = written(cheaper, 1.0)?;
+            if other.1.missed.is_none() {
+                ((text, plan), weight) = (other, cheaper);
+                break;
+            }
         }
     }
-    warn(&missed);
-    Ok(first)
+    for slower in SLOWER {
+        if plan.missed.is_some() || plan.exceeded.is_empty() {
+            break;
+        }
+        let other = written(weight, slower)?;
+        if other.1.missed.is_none() && other.1.exceeded.len() < plan.exceeded.len() {
+            (text, plan) = other;
+        }
+    }
+    plan.missed.iter().chain(&plan.exceeded).for_each(|what| warn(what));
+    warn_of_file(&robot);
+    Ok(text)
 }
 
 /// Prints what the robot file's reader warns of, as every command does that reads the task.
@@ -90,20 +109,6 @@ pub fn warn_of_still(planning: &Planning) {
         warn(&format!(
             "the task locks joint{s} {joints}, as the range in the robot file is a single position; where that is wrong, \
              correct `lower` and `upper` there"
-        ));
-    }
-}
-
-/// Warns of joints that gravity moves, given the efforts that hold them, and that the robot file gives no drive.
-fn warn_of_falling(planning: &Planning, held: &[f64], gravity: [f64; 3]) {
-    let mass: f64 = planning.robot.links.iter().filter_map(|link| Some(link.inertia?.mass)).sum();
-    let weight = dot(gravity, gravity).sqrt() * mass;
-    let joints: Vec<_> = falling(planning, held, weight).into_iter().map(|dof| &planning.tree.joints()[dof]).collect();
-    if !joints.is_empty() {
-        warn(&format!(
-            "gravity moves joints {}, for which the robot file has no drive: the robot falls; lock these joints in the task, or \
-             give them actuators",
-            quoted(&joints)
         ));
     }
 }
@@ -181,7 +186,16 @@ impl<'a> Reach<'a> {
         let (from, to) = (place(start), place(&goal));
         let kinematics = Kinematics::at_rest(tree, &numbers, start);
         let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
-        warn_of_falling(planning, &held, gravity);
+        let inertia = mass_matrix(tree, &numbers, &kinematics);
+        let least = |dof: usize| numbers.joints[tree.joint_indices()[dof]].friction.max(FALLING * inertia[dof][dof]);
+        let falling: Vec<_> = falling(planning, &held, least).into_iter().map(|dof| &tree.joints()[dof]).collect();
+        if !falling.is_empty() {
+            warn(&format!(
+                "gravity moves joints {}, for which the robot file has no drive: the robot falls; lock these joints in the task, \
+                 or give them actuators",
+                quoted(&falling)
+            ));
+        }
         let efforts =
             tree.joint_indices().iter().zip(&held).zip(goal.iter().zip(start)).map(|((&joint, held), (to, from))| {
                 let speed = 2.0 * (to - from).abs() / DURATION;
@@ -201,8 +215,8 @@ impl<'a> Reach<'a> {
         self.way() > 1e-3
     }
 
-    /// Sensors, task and costs, with this factor on the weight of the control.
-    fn text(&self, cheaper: f64) -> String {
+    /// Sensors, task and costs, with factors on the weight of the control and on the time.
+    fn text(&self, cheaper: f64, slower: f64) -> String {
         let names: Vec<_> = self.planning.tree.joints().iter().map(|name| format!("{name:?}")).collect();
         let select = names.join(", ");
         let list =
@@ -211,14 +225,16 @@ impl<'a> Reach<'a> {
             "\n[[model.sensors]]\nkind = \"joint_position\"\nselect = [{select}]\nvariance = 1e-6                  # rad^2 or m^2\n\n\
              [[model.sensors]]\nkind = \"joint_velocity\"\nselect = [{select}]\nvariance = 1e-4                  # squares of rad/s or m/s\n\n\
              [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {TIME_STEP:?}               # s\n",
-            (DURATION / TIME_STEP).round(),
+            (slower * DURATION / TIME_STEP).round(),
         );
         text += "# initial_state is left out: at rest at 0, or at the middle of the range if it excludes 0.\n\
                  # initial_control is left out: the plan starts from controls that hold the robot up.\n\n\
                  [tasks.noise]                    # variances; of the process per step\n\
                  initial = { \"q.*\" = 1e-6, \"v.*\" = 1e-4 }\nprocess = { \"q.*\" = 1e-10, \"v.*\" = 1e-5 }\n\n";
         if self.moves() {
-            let weight = significant(0.1 / self.way().powi(2), 2);
+            let final_weight = significant(100.0 / self.way().powi(2), 2);
+            // In more time, less haste.
+            let weight = significant(1e-3 * final_weight / slower.powi(3), 2);
             let _ = write!(
                 text,
                 "[[tasks.costs]]\nkind = \"frame_point\"\nframe = {:?}\ntarget = [{}]   # m; it starts at [{}]\n\
@@ -227,7 +243,7 @@ impl<'a> Reach<'a> {
                 list(&self.to),
                 list(&self.from),
                 weight,
-                1e3 * weight
+                final_weight
             );
         } else {
             let _ = write!(
@@ -245,29 +261,41 @@ impl<'a> Reach<'a> {
         text
     }
 
-    /// Plans the task; what keeps the plan from its target.
+    /// Plans the task.
     ///
     /// # Errors
     /// Where the text is no task.
-    fn missed(&self, text: &str, path: &str) -> Result<Option<String>, Failure> {
+    fn planned(&self, text: &str, path: &str) -> Result<Plan, Failure> {
         let problem = supple_file::parse(text, path)?;
+        let missed = |what: String| Plan { missed: Some(what), exceeded: Vec::new() };
         let evaluation = match evaluate(&problem, &problem.parameters.initial(), 0, None) {
             Ok(evaluation) => evaluation,
-            Err(error) => return Ok(Some(error.to_string())),
+            Err(error) => return Ok(missed(error.to_string())),
         };
         let task = &evaluation.tasks[0];
         if !task.status.is_converged() {
-            return Ok(Some(format!("the plan ended as {}", task.status)));
+            return Ok(missed(format!("the plan ended as {}", task.status)));
         }
         let way = self.way();
         let off = distance(task).filter(|&off| self.moves() && off > BESIDE * way);
-        Ok(off.map(|off| {
+        let missed = off.map(|off| {
             let [off, way] = [off, way].map(|length| short(length, 2));
             format!(
                 "the plan ends {off} m from its target, which is {way} m away: increase `final_weight` of `frame_point`, or `steps`"
             )
-        }))
+        });
+        let exceeded = exceeded(task).into_iter();
+        let exceeded = exceeded.map(|what| format!("{what}; increase `steps`, or choose a nearer `target`")).collect();
+        Ok(Plan { missed, exceeded })
     }
+}
+
+/// What a plan lacks, for people.
+struct Plan {
+    /// What keeps it from its target.
+    missed: Option<String>,
+    /// Limits of the robot that it exceeds.
+    exceeded: Vec<String>,
 }
 
 /// A path as seen from a folder, where it has a part in common with it; else from the top.

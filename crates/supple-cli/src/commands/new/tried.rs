@@ -203,12 +203,8 @@ fn faults(draft: &Draft, task: &TaskEvaluation) -> Vec<String> {
     if converged && !touches(task) {
         faults.push("the plan does not touch the wall".to_owned());
     }
-    // Limits of the file by its own names; the task repeats them by those of its channels.
-    let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
-    faults.extend(limits.map(|limit| {
-        let (name, [worst, limit]) = (&limit.name, [limit.worst, limit.limit].map(|number| short(number, 3)));
-        format!("the plan exceeds the {name}: {worst}, limit {limit}; try --set time or --set travel, or another --at")
-    }));
+    let limits = exceeded(task).into_iter();
+    faults.extend(limits.map(|what| format!("{what}; try --set time or --set travel, or another --at")));
     faults.extend(beside(draft, task));
     if let Some(by) = draft.travelled() {
         let (by, travel) = (short(by, 3), short(draft.rules.travel, 3));
@@ -226,6 +222,16 @@ fn faults(draft: &Draft, task: &TaskEvaluation) -> Vec<String> {
         faults.push(format!("roll-outs of the first design: {trust}{numbers}"));
     }
     faults
+}
+
+/// The limits of the robot file that a plan exceeds, by the file's own names; the task repeats them by those of its
+/// channels.
+pub fn exceeded(task: &TaskEvaluation) -> Vec<String> {
+    let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
+    let said = limits.map(|LimitViolation { name, worst, limit, .. }| {
+        format!("the plan exceeds the {name}: {}, limit {}", short(*worst, 3), short(*limit, 3))
+    });
+    said.collect()
 }
 
 /// That the plan with the softest mount exceeds limits of the robot, where that of the first design does not.
