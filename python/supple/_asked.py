@@ -114,7 +114,12 @@ def axis_values(name: str, values: ArrayLike) -> str | list[float]:
 def designs_of(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Chosen:
     if isinstance(designs, str):
         return [designs]
-    if not isinstance(designs, Mapping):
-        return list(designs)
     standing = ("start", "optimum")
-    return [name if name in standing and not values else (name, pairs(values)) for name, values in designs.items()]
+    chosen: Chosen
+    if isinstance(designs, Mapping):
+        chosen = [name if name in standing and not values else (name, pairs(values)) for name, values in designs.items()]
+    else:
+        chosen = list(designs)
+    if not chosen:
+        raise UsageError("designs is empty: name at least one, such as 'start' or 'optimum'")
+    return chosen

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from ._asked import check_choice, finite
+
 __all__ = ["CatalogueEntry", "Parameter"]
 
 
@@ -46,3 +48,10 @@ class Parameter:
     role: Literal["design", "study"] = "design"
     catalogue: Sequence[CatalogueEntry | float] = ()
     price: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        finite("initial", self.initial)
+        for index, bound in enumerate(self.bounds):
+            finite(f"bounds[{index}]", bound)
+        check_choice("scale", [self.scale], ["linear", "log"])
+        check_choice("role", [self.role], ["design", "study"])

@@ -308,3 +308,24 @@ def test_tasks_are_used_from_several_threads() -> None:
     for thread in threads:
         thread.join()
     assert len(found) == 4 and len(set(found)) == 1
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: supple.Parameter(float("nan"), (0.0, 1.0)), "initial=nan: a finite number"),
+        (lambda: supple.Parameter(0.5, (0.0, 1.0), scale="Log"), 'scale=\'Log\': valid: "linear", "log"'),  # type: ignore[arg-type]
+        (lambda: with_options(bound=float("nan")), r"tasks\[0\]\.bound: must be a finite number"),
+        (lambda: with_options(planning={"max_iter": 3}), r"planning\.max_iter: unknown field `max_iter`"),
+        (lambda: made("jax").design(information="usd"), "information: unknown variant `usd`"),
+        (lambda: made("jax").robustness({}, vary={"length": [1.0]}), "designs is empty: name at least one"),
+    ],
+)
+def test_wrong_options_are_named(call: Callable[[], Any], message: str) -> None:
+    """Errors named a column of the text that is passed between the languages, or nothing."""
+    with pytest.raises(supple.UsageError, match=message):
+        call()
+
+
+def with_options(**options: Any) -> supple.Task:
+    return cart_pole_model("jax").task(**(BALANCE | options))

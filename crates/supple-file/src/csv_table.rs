@@ -46,6 +46,9 @@ impl<'a> CsvTable<'a> {
             }
         }
         let columns = table.header.cells.len();
+        if columns == 1 && table.header.cells[0].contains([';', '\t']) {
+            return Err(table.error(&table.header, "columns must be separated by commas"));
+        }
         match table.rows.iter().find(|row| row.cells.len() != columns) {
             Some(row) => {
                 let message = format!("must have {columns} cells, as the first line; found {}", row.cells.len());

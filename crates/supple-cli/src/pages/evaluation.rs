@@ -11,6 +11,7 @@ use supple_study::design::DesignReport;
 use super::next;
 use crate::tables::{Rows, align_right, heading, number, table};
 use crate::{contacts, informations, trust};
+use supple_text::short;
 
 /// The page of `supple evaluate`.
 pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
@@ -156,7 +157,7 @@ fn first_lines(lines: impl ExactSizeIterator<Item = String>) -> String {
 /// How far a cost is above its bound, also relative to a bound that is not 0.
 pub(super) fn excess(cost: f64, bound: f64) -> String {
     let over = cost - bound;
-    if bound == 0.0 { number(over) } else { format!("{} ({:.3} %)", number(over), 100.0 * over / bound.abs()) }
+    if bound == 0.0 { number(over) } else { format!("{} ({} %)", number(over), short(100.0 * over / bound.abs(), 4)) }
 }
 
 pub(super) fn bound_note(at: &Evaluation, task: &TaskEvaluation) -> String {

@@ -16,6 +16,7 @@ use supple::system::System;
 use supple::{Dimensions, Problem};
 
 use crate::errors;
+use crate::task::from_json;
 
 pub use callback::{fill, read, vectors};
 pub use linear::check_covariance;
@@ -59,8 +60,7 @@ pub fn problem(description: &Bound<'_, PyDict>, failures: &Failures) -> PyResult
     let py = description.py();
     let wrong = |message: String| errors::usage(py, &message);
     let plain: String = field(description, "plain")?.extract()?;
-    let misread = |error: serde_json::Error| wrong(format!("the description of the task: {error}"));
-    let described: describe::Described = serde_json::from_str(&plain).map_err(misread)?;
+    let described: describe::Described = from_json(py, &plain)?;
     let names = described.parameter_names();
     let systems = field(description, "systems")?.cast_into::<PyList>()?;
     let mut made = Vec::new();

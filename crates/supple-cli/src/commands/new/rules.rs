@@ -35,6 +35,12 @@ const FREE: f64 = 0.2;
 /// Share of the task's time within which joints accelerate to their characteristic speed.
 const SPEEDING_UP: f64 = 0.2;
 
+/// How many times the force that the drives sustain may be asked for, and the longest time of a task, s.
+const MOST_FORCE: f64 = 10.0;
+const LONGEST: f64 = 1000.0;
+/// What lengths are at most.
+const REACH: &str = "m, the reach of the limb";
+
 /// The numbers of a task, in SI units.
 #[derive(Clone, Debug)]
 pub struct Rules {
@@ -98,6 +104,7 @@ impl Rules {
         if given.contains(&"travel") {
             rules.check_travel(limb, template)?;
         }
+        rules.check_sizes(&given, limb, start)?;
         // In order: later rules use earlier numbers.
         let unless_given = |name: &str, number: &mut f64, rule: f64| {
             if !given.contains(&name) {
@@ -118,6 +125,29 @@ impl Rules {
         unless_given("tolerance", &mut rules.tolerance, round(0.05 * rules.travel));
         unless_given("smoothing", &mut rules.smoothing, four_digits(longer * 3.5 * rules.wall_sd));
         Ok(rules)
+    }
+
+    /// Whether given numbers are of a size that the limb can have to do with.
+    fn check_sizes(&self, given: &[&str], limb: &Limb, start: &Start) -> Result<(), Failure> {
+        let strongest = if start.sustained > 0.0 { MOST_FORCE * start.sustained } else { f64::INFINITY };
+        let sizes = [
+            ("force", self.force, strongest, "N, ten times what the drives sustain"),
+            ("time", self.time, LONGEST, "s"),
+            ("clearance", self.clearance, limb.reach, REACH),
+            ("deflection", self.deflection, limb.reach, REACH),
+            ("tolerance", self.tolerance, limb.reach, REACH),
+            ("wall_sd", self.wall_sd, limb.reach, REACH),
+            ("smoothing", self.smoothing, limb.reach, REACH),
+            ("tip_sd", self.tip_sd, limb.reach, REACH),
+        ];
+        match sizes.into_iter().find(|(name, value, most, _)| given.contains(name) && value > most) {
+            None => Ok(()),
+            Some((name, value, most, unit)) => Err(Failure::usage(format!(
+                "--set {name}: must be at most {} {unit}; found {}",
+                short(most, 3),
+                digits(value)
+            ))),
+        }
     }
 
     /// Whether the tool can move so far: along a line from end to end of its reach, or with a door by half a turn.
