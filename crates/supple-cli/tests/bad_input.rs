@@ -430,6 +430,12 @@ fn names_of_tasks_states_and_signals() {
         ),
         linear(["[\"x1\", \"x2\"]", "[]"], "[]", "tasks[1].costs[0].select", "name at least one"),
         linear(
+            ["[\"x1\", \"x2\"]", "[\"x1\", \"x1\"]"],
+            "\"x1\"]",
+            "tasks[1].costs[0].select[1]",
+            "is selected already",
+        ),
+        linear(
             ["kind = \"control\"", "kind = \"penetration\""],
             "\"penetration\"",
             "tasks[1].costs[1].kind",

@@ -22,29 +22,35 @@ impl Channel {
         Self { name: name.into(), unit: unit.into() }
     }
 
-    /// The same channels with distinct names: later ones with the same name get a number, as in `q.elbow (2)`.
+    /// The same channels with distinct names: later ones with the same name get a number, as in `q.elbow.2`.
     ///
     /// ```
     /// use supple_model::Channel;
     ///
     /// let twice = vec![Channel::new("q.elbow", "rad"), Channel::new("q.elbow", "rad")];
-    /// assert_eq!(Channel::distinct(twice)[1].name, "q.elbow (2)");
+    /// assert_eq!(Channel::distinct(twice)[1].name, "q.elbow.2");
     /// ```
     #[must_use]
     pub fn distinct(channels: Vec<Self>) -> Vec<Self> {
-        let mut distinct: Vec<Self> = Vec::with_capacity(channels.len());
-        for channel in channels {
-            let is_free = |name: &String| distinct.iter().all(|other| other.name != *name);
-            let numbered = (2..).map(|number| format!("{} ({number})", channel.name));
-            let name = std::iter::once(channel.name.clone()).chain(numbered).find(is_free).unwrap_or_default();
-            distinct.push(Self { name, ..channel });
-        }
-        distinct
+        let mut taken: Vec<String> = Vec::with_capacity(channels.len());
+        let rename = |channel: Self| {
+            let name = free_name(channel.name, &taken);
+            taken.push(name.clone());
+            Self { name, ..channel }
+        };
+        channels.into_iter().map(rename).collect()
     }
 
     fn numbered(prefix: &str, count: usize) -> Vec<Self> {
         (1..=count).map(|i| Self::new(format!("{prefix}{i}"), "")).collect()
     }
+}
+
+/// A name that is not taken: the name itself, or with a number.
+pub(crate) fn free_name(name: String, taken: &[String]) -> String {
+    let numbered = (2..).map(|number| format!("{name}.{number}"));
+    let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken.contains(name));
+    free.unwrap_or(name)
 }
 
 /// Names and units of the entries of a model's vectors.

@@ -7,6 +7,7 @@ mod collect;
 mod controller;
 mod errors;
 mod explore;
+mod json;
 mod options;
 mod own;
 mod plant;

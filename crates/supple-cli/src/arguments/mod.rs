@@ -245,14 +245,9 @@ impl TaskArguments {
 
 /// Sets parameters of a task by `NAME=VALUE`.
 pub fn set(loaded: &mut LoadedTask, settings: &[String]) -> Result<(), Failure> {
-    let mut names: Vec<&str> = Vec::new();
     for setting in settings {
         let wrong = |what: &str| Failure::usage(format!("--set {setting}: {what}"));
         let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write NAME=VALUE"))?;
-        if names.contains(&name.trim()) {
-            return Err(wrong("this parameter is set already"));
-        }
-        names.push(name.trim());
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
         let set = loaded.problem.parameters.set(&mut loaded.phi, name.trim(), value);
         set.map_err(|error| wrong(&error.to_string()))?;

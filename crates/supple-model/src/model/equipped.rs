@@ -6,7 +6,7 @@ use supple_lqg::Dimensions;
 use super::{AnyModel, Channel, Channels, FileSensor, Limit, Model, ModelFile, OwnCost, Point, Start};
 
 use crate::Value;
-use crate::channels::Drive;
+use crate::channels::{Drive, free_name};
 use crate::contacts::{Contact, ContactState};
 use crate::cost::Cost;
 use crate::followed::Followed;
@@ -146,10 +146,7 @@ impl<M: ModelFile> Equipped<M> {
         let mut recalled = Vec::new();
         for (entry, channel, _) in &equipment.added {
             let Some((quantity, entry)) = entry.of_last_step() else { continue };
-            let plain = format!("last.{}", channel.name);
-            let numbered = (2..).map(|number| format!("{plain}.{number}"));
-            let name = std::iter::once(plain.clone()).chain(numbered).find(|name| !taken.contains(name));
-            let name = name.unwrap_or(plain);
+            let name = free_name(format!("last.{}", channel.name), &taken);
             taken.push(name.clone());
             recalled
                 .push(Recalled { channel: Channel::new(name, channel.unit.clone()), rate_of: quantity.rate_of(entry) });

@@ -16,7 +16,7 @@ use supple::system::System;
 use supple::{Dimensions, Problem};
 
 use crate::errors;
-use crate::task::from_json;
+use crate::json::from_json;
 
 pub use callback::{fill, read, vectors};
 pub use linear::check_covariance;

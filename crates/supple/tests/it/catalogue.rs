@@ -328,6 +328,7 @@ fn catalogues_from_files() {
         ("value,prize\n100,1\n", "springs.csv:1:1", "unknown column `prize`; valid: `value`, `name`, `price`"),
         ("name,price\nA,1\n", "springs.csv:1:1", "the first line of a catalogue must name its columns"),
         ("value,price\n100,1\n200\n", "springs.csv:3:1", "must have 2 cells, as the first line; found 1"),
+        ("value;price\n100;1\n", "springs.csv:1:1", "columns must be separated by commas"),
         ("value,value\n100,1\n", "springs.csv:1:1", "the column `value` occurs twice"),
         ("# a\nvalue\n\n# b\n100\n# c\n 700\n", "springs.csv:7:2", "found 700"),
         ("value\n", "task.toml", "must have from 1 to 10000 entries; found 0"),

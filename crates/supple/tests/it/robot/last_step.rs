@@ -106,7 +106,7 @@ fn catalogues_offer_them_and_may_leave_them_out() {
     let problem = Description { ..arm().sensing(&sensors) }.problem();
     let channels = problem.tasks[0].system.channels();
     let names = |list: &[supple::Channel]| list.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&channels.measurements), ["q.elbow", "a.slide", "a.shoulder", "a.elbow", "a.slide"]);
+    assert_eq!(names(&channels.measurements), ["q.elbow", "a.slide", "a.shoulder", "a.elbow", "a.slide.2"]);
     assert_eq!(names(&channels.states)[6..], ["last.a.slide", "last.a.shoulder", "last.a.elbow", "last.a.slide.2"]);
     // The slide's acceleration by the base, by the catalogue, and by velocities.
     let state = evaluated(&problem);
