@@ -44,9 +44,12 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
 /// Adds the information of a search: values at the start and at the optimum.
 pub fn add_rows(table: &mut Rows, about: &About, report: &DesignReport) {
     let DesignReport { start, optimum, settings, .. } = report;
+    let is_weighted = about.tasks.iter().any(|task| task.information_weight != 1.0);
     for (name, of, weight) in all(about, settings.information) {
         if let (Some(from), Some(to)) = (of(start), of(optimum)) {
-            let note = if weight > 0.0 { "minimised".into() } else { String::new() };
+            let weighted = is_weighted.then_some("tasks weighted by `information_weight`");
+            let notes: Vec<&str> = (weight > 0.0).then_some("minimised").into_iter().chain(weighted).collect();
+            let note = notes.join("; ");
             table.add_row([name.into(), number(from), number(to), percent(from, to), String::new(), note]);
         }
     }

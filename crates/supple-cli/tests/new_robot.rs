@@ -267,7 +267,7 @@ fn a_tool_that_cannot_reach_its_wall_is_told() {
     let rotor = include_str!("../../../models/elastic_elbow.urdf").replace("xyz=\"0.4 0 0\"", "xyz=\"0 0 0\"");
     std::fs::write(folder.path("rotor.urdf"), rotor).unwrap();
     let run = folder.run(&["new", "task", "--robot", "rotor.urdf", "--template", "press", "--frame", "fingertip"]);
-    let message = "no joint of this limb moves a tool at `fingertip`: choose another --frame";
+    let message = "no joint of this limb moves a tool at `fingertip`, whose origin lies on";
     assert!(run.error().contains(message), "{}", run.stderr);
 }
 

@@ -139,6 +139,30 @@ fn the_same_on_any_number_of_threads() {
     assert_eq!(serde_json::to_string(&again).unwrap(), alone, "what is kept is read again");
 }
 
+/// The tightest point had the information needed at the file's own limit, which was less than at looser ones.
+#[test]
+fn needed_information_is_that_of_each_points_own_limit() {
+    let text = r#"
+        model = { kind = "linear", A = [["a"]], B = [[1.0]], C = [["c"]] }
+        parameters.a = { initial = 1.1, bounds = [0.8, 1.4] }
+        parameters.c = { initial = 1.0, bounds = [0.1, 10.0], scale = "log" }
+        design.information = "needed"
+        [[tasks]]
+        name = "hold"
+        steps = 6
+        time_step = 0.1
+        initial_state = [0.5]
+        bound = 3.0
+        noise = { initial = [0.4], process = ["0.1 * (1 + 3 * (a - 1.05)^2)"], measurement = [0.2] }
+        costs = [{ kind = "quadratic", Q = [[1.0]], R = [[0.3]], final = [[2.0]] }]
+    "#;
+    let found = front(&load(text), 5).unwrap();
+    let bits: Vec<f64> = found.points.iter().map(|point| point.information_nats / std::f64::consts::LN_2).collect();
+    assert!(bits.windows(2).all(|pair| pair[0] >= pair[1]), "{bits:?}");
+    // By another solver.
+    assert!((bits[0] - 18.1034).abs() < 1e-3, "{bits:?}");
+}
+
 #[test]
 fn a_front_needs_bounds_above_zero_and_a_stop_is_heard() {
     let text = shipped("two_mass_small.toml");

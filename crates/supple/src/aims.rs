@@ -82,10 +82,10 @@ pub fn weighted_information(
     out: &mut Vec<f64>,
 ) -> Result<f64, Error> {
     let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
-    information_within(task.at(phi), (weights, limit.as_ref()), state, out)
+    information_within(task.at(phi), (weights, limit.as_ref()), state, out).map(|(nats, _)| nats)
 }
 
-/// Like [`weighted_information`], but with the given limit.
+/// Like [`weighted_information`], but with the given limit, and with the derivative by that limit.
 ///
 /// # Errors
 /// Same as for [`weighted_information`].
@@ -94,13 +94,13 @@ pub(crate) fn information_within(
     (weights, limit): (InformationWeights, Option<&Limit>),
     state: &mut TaskState,
     out: &mut Vec<f64>,
-) -> Result<f64, Error> {
+) -> Result<(f64, f64), Error> {
     let InformationWeights { needed, used, measured } = weights;
     let mut functional = Functional { information: measured, ..Functional::default() };
     let mut sum = if measured == 0.0 { 0.0 } else { measured * state.information.total };
     if needed == 0.0 && used == 0.0 {
         state.total_gradient(task, phi, functional, out)?;
-        return Ok(sum);
+        return Ok((sum, 0.0));
     }
     let mut partials = Partials::zeros(state.plan.knots.dimensions, task.steps);
     let (mut nominal, mut by_limit) = (0.0, 0.0);
@@ -133,7 +133,7 @@ pub(crate) fn information_within(
     for &(parameter, slope) in limit.into_iter().flat_map(|limit| &limit.slopes) {
         out[parameter] += by_limit * slope;
     }
-    Ok(sum)
+    Ok((sum, by_limit))
 }
 
 /// Expected cost of a task when nothing is ever measured, and its total gradient with respect to all parameters. If it is

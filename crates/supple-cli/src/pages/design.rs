@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use supple::design::DesignStatus;
+use supple::design::{DesignStatus, InformationWeights};
 use supple::parameters::Role;
 use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
@@ -56,8 +56,12 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
 /// The parameters from start to optimum, with the sensitivities of information and costs to each.
 fn parameters(about: &About, report: &DesignReport) -> Rows {
     let (start, optimum) = (&report.start, &report.optimum);
-    let mut rows =
-        table(&["parameter", "from", "to", "unit", "change in information per +1 %", "change in cost per +1 %"]);
+    // The slopes are those of the measured information, whatever is minimised.
+    let change = match report.settings.information {
+        InformationWeights::MEASURED => "change in information per +1 %",
+        _ => "change in measured information per +1 %",
+    };
+    let mut rows = table(&["parameter", "from", "to", "unit", change, "change in cost per +1 %"]);
     for (index, parameter) in about.parameters.iter().enumerate() {
         let (from, to) = (start.parameters.0[index].1, optimum.parameters.0[index].1);
         let to_shown = if parameter.role == Role::Design { number(to) } else { String::new() };

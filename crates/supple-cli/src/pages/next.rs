@@ -189,9 +189,8 @@ fn at_bounds(about: &About, at: &Evaluation) -> Vec<String> {
     let found = design.iter().filter(|&&index| about.parameters.get(index).catalogue.is_empty());
     let found = found.filter_map(|&index| {
         let parameter = about.parameters.get(index);
-        let [lower, upper] = parameter.bounds;
-        let (value, near) = (at.parameters.0[index].1, 1e-6 * (upper - lower));
-        (value - lower < near || upper - value < near).then(|| parameter.name.clone())
+        let value = at.parameters.0[index].1;
+        parameter.bounds.into_iter().any(|end| parameter.is_at(end, value)).then(|| parameter.name.clone())
     });
     found.collect()
 }

@@ -128,12 +128,13 @@ impl Parameter {
     }
 
     /// Whether a value is at a bound within the accuracy of a search: within a millionth of the range, and within
-    /// a thousandth of the bound itself, which may be far smaller than the range.
+    /// a thousandth of the bound itself or, of a bound of 0, of the initial value, which may be far smaller than the range.
     #[must_use]
     pub fn is_at(&self, end: f64, value: f64) -> bool {
         let distance = (value - end).abs();
         let [lower, upper] = self.bounds;
-        distance <= 1e-6 * (upper - lower) && (end == 0.0 || distance <= 1e-3 * end.abs())
+        let size = if end == 0.0 { self.initial.abs() } else { end.abs() };
+        distance <= 1e-6 * (upper - lower) && (size == 0.0 || distance <= 1e-3 * size)
     }
 
     /// What is wrong with its name or numbers: the key, and what is valid.

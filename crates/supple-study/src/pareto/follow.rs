@@ -114,12 +114,14 @@ fn factors(ends: &Ends, count: usize) -> Vec<f64> {
 /// The design of least cost; an optimum of least information too, as no other design meets its bounds.
 fn tight_end(front: &Front, ends: &Ends) -> Result<StartSummary, StudyError> {
     let parameters = &front.task.problem.parameters;
+    // The needed information depends on the bounds.
+    let aim = Aim::Information { factor: ends.tight_factor };
+    let mut summary = front.searcher(aim).assess(&ends.tight.to, &ends.tight.controls)?;
     if at_ends(parameters, &ends.tight).len() == parameters.design().len() {
-        let aim = Aim::Information { factor: ends.tight_factor };
-        return Ok(front.searcher(aim).assess(&ends.tight.to, &ends.tight.controls)?);
+        return Ok(summary);
     }
     // There, the cost's gradient vanishes along interior parameters, so that no finite price balances the information.
-    let mut summary = ends.tight.clone();
+    (summary.status, summary.optimality) = (ends.tight.status, ends.tight.optimality);
     let bounds = front.task.problem.tasks.iter().map(|task| task.bound);
     summary.multipliers = bounds.map(|bound| if bound.is_some() { f64::NAN } else { 0.0 }).collect();
     Ok(summary)

@@ -1,5 +1,8 @@
 //! Whether a visited design is an optimum, to first order (theory, equation D.3).
 
+use nalgebra::{DMatrix, DVector};
+use supple_model::parameters::Parameter;
+
 use super::Aim;
 use super::entries::{Entry, Limited, Units, constraints, objective};
 use super::visit::Visitor;
@@ -7,6 +10,9 @@ use super::visited::Visit;
 
 /// First-order optimality up to which a design counts as an optimum.
 pub(crate) const OPTIMAL: f64 = 1e-4;
+
+/// Information, nats, below which slopes are not relative to it: so little is as good as none.
+const LITTLE: f64 = 1e-2;
 
 /// First-order optimality of a visited design, and the multipliers of the tasks' bounds and, last, of the budget.
 ///
@@ -22,11 +28,26 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let violations: Vec<f64> = entries.iter().map(|(limited, _)| limited.violation(at)).collect();
     let gradients: Vec<Vec<f64>> = entries.iter().map(|(_, entry)| slope(entry)).collect();
     let mut reported = vec![0.0; at.tasks.len() + 1];
+    let held: Vec<Held> = scaling
+        .indices
+        .iter()
+        .zip(&at.scaled)
+        .map(|(&index, &s)| {
+            let Parameter { initial, bounds: [lower, upper], .. } = *problem.parameters.get(index);
+            // On a wide range, a value that is far from its bound has a share of almost 0.
+            let is_at = |end: f64| (at.phi[index] - end).abs() <= 1e-6 * (initial - end).abs() || initial == end;
+            match s {
+                s if s <= 1e-9 && is_at(lower) => Held::Below,
+                s if s >= 1.0 - 1e-9 && is_at(upper) => Held::Above,
+                _ => Held::Free,
+            }
+        })
+        .collect();
     match aim {
         Aim::Information { .. } => {
             let active: Vec<usize> = (0..entries.len()).filter(|&one| violations[one] > -near).collect();
             let of = slope(&objective((problem, *aim, Units::Natural), at));
-            let (worst, multipliers) = project(&of, &gradients, &active, &at.scaled);
+            let (worst, multipliers) = project(&of, &gradients, &active, &held);
             for ((limited, _), multiplier) in entries.iter().zip(multipliers) {
                 match *limited {
                     Limited::Cost(task) => reported[task] = multiplier,
@@ -35,12 +56,16 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
                     Limited::Unmeasured(_) => {}
                 }
             }
+            // Needed information depends on the limit itself.
+            for (reported, (task, visit)) in reported.iter_mut().zip(problem.tasks.iter().zip(&at.tasks)) {
+                *reported -= task.information_weight * visit.information_by_limit;
+            }
             // If information and price are in balance, the gradient of their sum cannot serve as a scale; nor can any
             // gradient at an optimum that no limit holds.
             let size = |information: f64, price: f64| information.abs() + (at.price.weight * price).abs();
             let slopes = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
             let slopes = slopes.map(|(information, price)| size(information, price));
-            let scale = slopes.fold(size(at.information(problem), at.price.total).max(1e-300), f64::max);
+            let scale = slopes.fold(size(at.information(problem), at.price.total).max(LITTLE), f64::max);
             (worst / scale, reported)
         }
         Aim::Cost => {
@@ -55,39 +80,124 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
                 Limited::Unmeasured(_) => false,
             };
             let active: Vec<usize> = (0..entries.len()).filter(is_active).collect();
-            let (worst, weights) = project(&gradients[first], &gradients, &active, &at.scaled);
+            let (worst, weights) = project(&gradients[first], &gradients, &active, &held);
             let weight = 1.0 + (0..entries.len()).filter(is_cost).map(|one| weights[one]).sum::<f64>();
             (worst / (weight * (1.0 + most).max(1e-300)), reported)
         }
     }
 }
 
-/// Non-negative least-squares fit of an objective's gradient by those of active constraints, over coordinates inside their
-/// bounds: the largest entry of the residual, and the multipliers of all constraints.
-fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], coordinates: &[f64]) -> (f64, Vec<f64>) {
+/// Whether a coordinate is at a bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Held {
+    Free,
+    /// At its lower bound, where its slope may be positive.
+    Below,
+    /// At its upper bound, where its slope may be negative.
+    Above,
+}
+
+/// Non-negative least-squares fit of an objective's gradient by those of active constraints and of the bounds that hold
+/// coordinates: the largest entry of the residual, and the multipliers of all constraints.
+fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], held: &[Held]) -> (f64, Vec<f64>) {
+    let unit = |(index, held): (usize, &Held)| {
+        let slope = match held {
+            Held::Free => return None,
+            Held::Below => -1.0,
+            Held::Above => 1.0,
+        };
+        let mut column = vec![0.0; objective.len()];
+        column[index] = slope;
+        Some(column)
+    };
+    let bounds: Vec<Vec<f64>> = held.iter().enumerate().filter_map(unit).collect();
+    let columns: Vec<&[f64]> =
+        active.iter().map(|&index| &*constraints[index]).chain(bounds.iter().map(|column| &**column)).collect();
+    let fit = nonnegative_fit(&columns, objective);
+    let mut rest = objective.to_vec();
+    for (column, factor) in columns.iter().zip(&fit) {
+        rest.iter_mut().zip(*column).for_each(|(rest, entry)| *rest += factor * entry);
+    }
     let mut multipliers = vec![0.0; constraints.len()];
-    let free = |i: usize, residual: f64| {
-        let s = coordinates[i];
-        !(s <= 1e-9 && residual >= 0.0 || s >= 1.0 - 1e-9 && residual <= 0.0)
-    };
-    let residual = |multipliers: &[f64]| -> Vec<f64> {
-        let sum = |i: usize| active.iter().map(|&task| multipliers[task] * constraints[task][i]).sum::<f64>();
-        (0..objective.len()).map(|i| objective[i] + sum(i)).collect()
-    };
-    // Coordinate descent is fast enough, as there are few tasks.
-    for _ in 0..200 {
-        for &task in active {
-            let rest = residual(&multipliers);
-            let used = |i: &usize| free(*i, rest[*i]);
-            let gradient = &constraints[task];
-            let square: f64 = (0..rest.len()).filter(used).map(|i| gradient[i].powi(2)).sum();
-            let slope: f64 = (0..rest.len()).filter(used).map(|i| gradient[i] * rest[i]).sum();
-            if square > 0.0 {
-                multipliers[task] = (multipliers[task] - slope / square).max(0.0);
+    active.iter().zip(&fit).for_each(|(&index, &multiplier)| multipliers[index] = multiplier);
+    (rest.iter().map(|rest| rest.abs()).fold(0.0, f64::max), multipliers)
+}
+
+/// The factors of at least 0 with which columns come closest to the negative of a target, by active sets (Lawson and Hanson,
+/// Solving Least Squares Problems, 1974).
+fn nonnegative_fit(columns: &[&[f64]], target: &[f64]) -> Vec<f64> {
+    let lengths: Vec<f64> = columns.iter().map(|column| dot(column, column).sqrt()).collect();
+    let mut fit = vec![0.0; columns.len()];
+    let mut passive: Vec<usize> = Vec::new();
+    for _ in 0..3 * columns.len() {
+        let mut rest: Vec<f64> = target.iter().map(|entry| -entry).collect();
+        for (column, factor) in columns.iter().zip(&fit) {
+            rest.iter_mut().zip(*column).for_each(|(rest, entry)| *rest -= factor * entry);
+        }
+        let gain = |index: &usize| dot(columns[*index], &rest) / lengths[*index];
+        let others = (0..columns.len()).filter(|index| !passive.contains(index) && lengths[*index] > 0.0);
+        let best = others.max_by(|a, b| gain(a).total_cmp(&gain(b)));
+        let Some(best) = best.filter(|best| gain(best) > 1e-14 * dot(target, target).sqrt()) else { break };
+        passive.push(best);
+        loop {
+            let wanted = fit_of(columns, &lengths, &passive, target);
+            // As far as all stay above 0; those that reach it leave.
+            let reach = |(&index, &wanted): (&usize, &f64)| {
+                if wanted <= 0.0 { fit[index] / (fit[index] - wanted) } else { 1.0 }
+            };
+            let reaches: Vec<f64> = passive.iter().zip(&wanted).map(reach).collect();
+            let share = reaches.iter().copied().fold(1.0, f64::min);
+            for (&index, wanted) in passive.iter().zip(&wanted) {
+                fit[index] += share * (wanted - fit[index]);
             }
+            let is_left = |(place, _): &(usize, &usize)| wanted[*place] <= 0.0 && !(reaches[*place] > share);
+            let left: Vec<usize> = passive.iter().enumerate().filter(is_left).map(|(_, &index)| index).collect();
+            if left.is_empty() {
+                break;
+            }
+            left.iter().for_each(|&index| fit[index] = 0.0);
+            passive.retain(|index| !left.contains(index));
         }
     }
-    let rest = residual(&multipliers);
-    let worst = (0..rest.len()).filter(|&i| free(i, rest[i])).map(|i| rest[i].abs()).fold(0.0, f64::max);
-    (worst, multipliers)
+    fit
+}
+
+/// The factors of some columns that come closest to the negative of a target.
+fn fit_of(columns: &[&[f64]], lengths: &[f64], some: &[usize], target: &[f64]) -> Vec<f64> {
+    let matrix =
+        DMatrix::from_fn(target.len(), some.len(), |row, column| columns[some[column]][row] / lengths[some[column]]);
+    let negative = DVector::from_iterator(target.len(), target.iter().map(|entry| -entry));
+    let solved = matrix.svd(true, true).solve(&negative, 1e-12);
+    match solved {
+        Ok(solved) => solved.iter().zip(some).map(|(factor, &index)| factor / lengths[index]).collect(),
+        Err(_) => vec![0.0; some.len()],
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coordinate descent ended far from the multipliers where the slopes of two costs are nearly opposite.
+    #[test]
+    fn multipliers_of_opposing_limits_are_exact() {
+        let constraints = [vec![1.0, 0.001, 0.3], vec![-1.0, 0.001, -0.3]];
+        let [first, second] = [3.1, 3.2];
+        let objective: Vec<f64> = (0..3).map(|i| -first * constraints[0][i] - second * constraints[1][i]).collect();
+        let (worst, found) = project(&objective, &constraints, &[0, 1], &[Held::Free; 3]);
+        assert!(
+            worst < 1e-12 && (found[0] - first).abs() < 1e-9 && (found[1] - second).abs() < 1e-9,
+            "{worst} {found:?}"
+        );
+        // A constraint whose slope points the wrong way has no part, nor has a slope that a bound holds.
+        let (worst, found) =
+            project(&[-1.0, 5.0], &[vec![1.0, 0.0], vec![-1.0, 0.0]], &[0, 1], &[Held::Free, Held::Below]);
+        assert!(worst < 1e-12 && found == [1.0, 0.0], "{worst} {found:?}");
+        let (worst, _) = project(&[-1.0, 5.0], &[vec![1.0, 0.0]], &[0], &[Held::Free, Held::Above]);
+        assert_eq!(worst, 5.0);
+    }
 }

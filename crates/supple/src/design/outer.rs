@@ -122,6 +122,8 @@ pub struct OuterProblem<'s, 'a, 'b> {
     constraints: Vec<Entry>,
     /// Whether the last variable is the auxiliary one.
     has_auxiliary: bool,
+    /// How far scaled coordinates may be from the first point.
+    radius: f64,
     /// Number of evaluations before the last point was requested.
     known: usize,
     failures: Failures,
@@ -149,7 +151,23 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         let has_auxiliary = has_auxiliary(aim);
         let known = search.evaluations;
         let failures = Failures { last: None, count: 0, most: if optimiser.steps_back() { FAILURES } else { 1 } };
-        Self { search, units, first, objective, constraints, has_auxiliary, known, failures, stopped: false }
+        Self {
+            search,
+            units,
+            first,
+            objective,
+            constraints,
+            has_auxiliary,
+            known,
+            failures,
+            stopped: false,
+            radius: f64::INFINITY,
+        }
+    }
+
+    /// The same search, but scaled coordinates stay this close to the first point.
+    pub(super) fn within(self, radius: f64) -> Self {
+        Self { radius, ..self }
     }
 
     /// Why points could not be evaluated, if that ended the search.
@@ -174,8 +192,9 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
     #[must_use]
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         let parameters = &self.search.problem().parameters;
-        let bounds = self.search.visitor.scaling.indices.iter().map(|&index| match self.units {
-            Units::Scaled => [0.0, 1.0],
+        let indices = self.search.visitor.scaling.indices.iter();
+        let bounds = indices.zip(&self.first.scaled).map(|(&index, s)| match self.units {
+            Units::Scaled => [(s - self.radius).max(0.0), (s + self.radius).min(1.0)],
             Units::Natural => parameters.get(index).bounds,
         });
         bounds.chain(self.has_auxiliary.then_some([0.0, 2.0])).collect()

@@ -9,6 +9,7 @@ use super::visited::{Visit, controls_of};
 use super::{Event, StartSummary};
 use crate::Error;
 use crate::branches::{BranchSearch, best_of_guesses, search_branches};
+use crate::continuation::largest_difference;
 use crate::pipeline::TaskState;
 
 /// Information below this counts as zero, nats.
@@ -119,20 +120,25 @@ impl Rounds<'_, '_> {
     }
 }
 
+/// How often an optimiser that finds nothing better begins again, closer to where it began.
+const NEARER: usize = 6;
+
 /// Runs an optimiser from the last design of a search, and leaves the design that it found as the last one.
 ///
 /// An objective with needed information has a kink where designs begin to need information, and gradients say nothing across
 /// it: if `goes_on`, a search that ends among designs that need no information continues among these.
 fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) -> Ending {
     let mut ending = Ending::Stalled;
-    for _ in 0..optimiser.runs() {
+    let (mut runs, mut nearer, mut radius) = (optimiser.runs(), NEARER, f64::INFINITY);
+    while runs > 0 {
         let Some(first) = search.visitor.visits.last().cloned() else { break };
-        let mut problem = OuterProblem::new(search, optimiser, first.clone());
+        let mut problem = OuterProblem::new(search, optimiser, first.clone()).within(radius);
         ending = optimiser.minimise(&mut problem);
         search.error = problem.into_error();
         if optimiser.keeps_last() {
             break;
         }
+        let last = search.visitor.visits.last().cloned();
         let Some(best) = search.choose() else { break };
         if ending == Ending::Stopped || search.error.is_some() || search.optimality(&best).0 <= OPTIMAL {
             break;
@@ -141,11 +147,19 @@ fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) 
             && let Some(others) = search.visitor.weighed.weights.without_needed()
             && search.visitor.stays_where_nothing_is_needed(&best, others).unwrap_or(false)
         {
+            runs -= 1;
             continue;
         }
+        // It only moved to worse points, such as one beyond a limit where all slopes are 0: stay nearer.
         if best.scaled == first.scaled {
-            break;
+            let moved = last.map_or(0.0, |last| largest_difference(&last.scaled, &first.scaled)).min(radius);
+            if optimiser.runs() < 2 || nearer == 0 || moved < 1e-9 {
+                break;
+            }
+            (nearer, radius) = (nearer - 1, 0.5 * moved);
+            continue;
         }
+        (runs, radius) = (runs - 1, f64::INFINITY);
     }
     ending
 }

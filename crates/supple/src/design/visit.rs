@@ -37,10 +37,10 @@ fn task_visit(
 ) -> Result<TaskVisit, Error> {
     let (mut information_gradient, mut cost_gradient) = (Vec::new(), Vec::new());
     let bound = task.bound.zip(aim.factor()).map(|(bound, factor)| Limit::of(bound, factor, phi));
-    let mut information = state.information.total;
+    let (mut information, mut information_by_limit) = (state.information.total, 0.0);
     match kind {
         GradientKind::Total => {
-            information =
+            (information, information_by_limit) =
                 information_within(task.at(phi), (weights, bound.as_ref()), state, &mut information_gradient)?;
             state.cost_gradient(task, phi, &mut cost_gradient)?;
         }
@@ -62,6 +62,7 @@ fn task_visit(
         controls: state.plan.trajectory.controls.clone(),
         information,
         information_gradient,
+        information_by_limit,
         cost: state.cost.expected(),
         cost_gradient,
         bound: bound.as_ref().map(|bound| bound.value),

@@ -25,6 +25,8 @@ pub(crate) struct TaskVisit {
     /// Its directed information, nats, and gradient by all parameters.
     pub information: f64,
     pub information_gradient: Vec<f64>,
+    /// Its derivative by the task's bound, on which the needed information depends.
+    pub information_by_limit: f64,
     /// Its expected cost, and gradient by all parameters.
     pub cost: f64,
     pub cost_gradient: Vec<f64>,

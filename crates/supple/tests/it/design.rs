@@ -7,7 +7,9 @@ use std::sync::atomic::AtomicBool;
 use crate::common::shipped;
 use supple::Problem;
 use supple::Stop;
-use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary, design};
+use supple::design::{
+    Control, Design, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, StartSummary, design,
+};
 
 fn search(problem: &Problem, settings: &DesignSettings) -> Design {
     let control = Control::default();
@@ -160,6 +162,97 @@ costs = [{{ kind = "quadratic", Q = [[1.0, 0.0], [0.0, 0.0]], R = [[0.1]], final
         let settings = DesignSettings { max_evaluations: 1, ..settings };
         let found = design(&problem, &[4.6], &settings, Control::default()).unwrap();
         assert_ne!(found.status, DesignStatus::Converged, "{}", found.starts[0].optimality);
+    }
+}
+
+/// A scalar system with these entries `A` and `C`, these parameters, and tasks of these lines.
+fn scalar([dynamics, measurement]: [&str; 2], parameters: &str, tasks: &[String]) -> Problem {
+    let mut text = format!(
+        "model = {{ kind = \"linear\", A = [[{dynamics}]], B = [[1.0]], C = [[{measurement}]] }}\n[parameters]\n{parameters}\n"
+    );
+    for (index, task) in tasks.iter().enumerate() {
+        text += &format!("[[tasks]]\nname = \"t{index}\"\ntime_step = 0.1\n{task}\n");
+    }
+    supple_file::parse(&text, "scalar.toml").unwrap()
+}
+
+/// Two tasks pull at `a` from both sides: their cost gradients are nearly opposite, and multipliers were wrong by a factor of 2,
+/// so that the optimum was not told as one. The references are differences of designs with other limits.
+#[test]
+fn opposing_limits_have_their_own_prices() {
+    let with = |limits: [f64; 2]| {
+        let starts = ["10.0 * a", "10.0 * (1 - a)"];
+        let tasks = [0, 1].map(|index| {
+            format!(
+                "steps = 10\ninitial_state = [\"{}\"]\nbound = {}\nnoise = {{ initial = [0.1], process = [0.1], measurement = \
+                 [\"v\"] }}\ncosts = [{{ kind = \"quadratic\", Q = [[1.0]], R = [[1.0]], final = [[1.0]] }}]",
+                starts[index], limits[index]
+            )
+        });
+        let parameters =
+            "a = { initial = 0.5, bounds = [0.0, 1.0] }\nv = { initial = 0.1, bounds = [1e-3, 10.0], scale = \"log\" }";
+        let problem = scalar(["0.9", "1.0"], parameters, &tasks);
+        let found = search(&problem, &DesignSettings { starts: 1, tolerance: 1e-10, ..Default::default() });
+        assert_eq!(found.status, DesignStatus::Converged, "{}", found.starts[0].optimality);
+        found.starts[found.best].clone()
+    };
+    let (limits, by) = ([39.644, 40.041], 1e-3);
+    let found = with(limits);
+    for index in 0..2 {
+        let moved = |by: f64| {
+            let mut limits = limits;
+            limits[index] += by;
+            with(limits).information
+        };
+        let saved = (moved(-by) - moved(by)) / (2.0 * by);
+        assert!((found.multipliers[index] / saved - 1.0).abs() < 1e-3, "{} is not {saved}", found.multipliers[index]);
+    }
+}
+
+/// A range far wider than what matters: the first step went to a sensor that sees nothing, where all slopes are 0, and the
+/// search returned its start. The least information at the limit was found by bisection.
+#[test]
+fn wide_ranges_that_include_zero_are_searched() {
+    for upper in ["3.0", "10.0", "1e3", "1e5"] {
+        let parameters = format!("c = {{ initial = 1.0, bounds = [0.0, {upper}] }}");
+        let task = "steps = 8\ninitial_state = [1.0]\nbound = 5.6423\nnoise = { initial = [0.3], process = [0.1], measurement = \
+                    [0.2] }\ncosts = [{ kind = \"quadratic\", Q = [[1.0]], R = [[0.5]], final = [[1.0]] }]";
+        let problem = scalar(["1.1", "\"c\""], &parameters, &[task.to_owned()]);
+        let found = search(&problem, &DesignSettings { starts: 1, ..Default::default() });
+        let StartSummary { to, information, multipliers, .. } = &found.starts[0];
+        assert_eq!(found.status, DesignStatus::Converged, "up to {upper}: {to:?}");
+        assert!(
+            (to[0] - 0.500_005).abs() < 1e-4 && (information / std::f64::consts::LN_2 - 2.689).abs() < 1e-3,
+            "{to:?}"
+        );
+        assert!((multipliers[0] / std::f64::consts::LN_2 - 0.8303).abs() < 1e-3, "{multipliers:?}");
+        assert!(!problem.parameters.get(0).is_at(0.0, to[0]), "0.5 is not at 0");
+    }
+}
+
+/// Needed information falls as the limit rises, also where the plan's own cost does not reach it.
+#[test]
+fn limits_have_a_price_for_needed_information() {
+    for information in [InformationWeights::NEEDED, InformationWeights { needed: 1.0, used: 0.0, measured: 0.1 }] {
+        let with = |limit: f64| {
+            let parameters = "a = { initial = 1.37, bounds = [1.07, 1.67] }\nc = { initial = 1.0, bounds = [0.1, 10.0], scale = \"log\" }";
+            let task = format!(
+                "steps = 6\ninitial_state = [0.5]\nbound = {limit}\nnoise = {{ initial = [0.4], process = [\"0.1 * (1 + 3 * (a - \
+                 1.43)^2)\"], measurement = [0.2] }}\ncosts = [{{ kind = \"quadratic\", Q = [[1.0]], R = [[0.3]], final = [[2.0]] }}]"
+            );
+            let problem = scalar(["\"a\"", "\"c\""], parameters, &[task]);
+            let settings = DesignSettings { starts: 1, tolerance: 1e-10, information, ..Default::default() };
+            let found = search(&problem, &settings);
+            found.starts[found.best].clone()
+        };
+        let by = 1e-2;
+        let [found, tighter, looser] = [0.0, -by, by].map(|by| with(3.694 + by));
+        let saved = (tighter.objective - looser.objective) / (2.0 * by);
+        assert!(
+            saved > 0.1 && (found.multipliers[0] / saved - 1.0).abs() < 1e-2,
+            "{:?} is not {saved}",
+            found.multipliers
+        );
     }
 }
 

@@ -105,7 +105,10 @@ fn without_posture(limb: &Limb, asked: &Asked) -> Failure {
     Failure::usage(match asked.at {
         Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot".into(),
         None if limb.joints().len() < FEW && asked.wall.is_none() => {
-            format!("no joint of this limb moves a tool at `{}`: choose another --frame", limb.frame)
+            format!(
+                "no joint of this limb moves a tool at `{}`, whose origin lies on the joints' axes: choose a --frame beside them",
+                limb.frame
+            )
         }
         None if limb.joints().len() < FEW => {
             "the joints of this limb cannot move the tool towards this wall: omit --wall, or choose another --frame"
