@@ -150,7 +150,7 @@ fn nonnegative_fit(columns: &[&[f64]], target: &[f64]) -> Vec<f64> {
             for (&index, wanted) in passive.iter().zip(&wanted) {
                 fit[index] += share * (wanted - fit[index]);
             }
-            let is_left = |(place, _): &(usize, &usize)| wanted[*place] <= 0.0 && !(reaches[*place] > share);
+            let is_left = |(place, _): &(usize, &usize)| wanted[*place] <= 0.0 && reaches[*place] <= share;
             let left: Vec<usize> = passive.iter().enumerate().filter(is_left).map(|(_, &index)| index).collect();
             if left.is_empty() {
                 break;
