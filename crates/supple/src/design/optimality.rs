@@ -110,6 +110,10 @@ fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], held: 
         column[index] = slope;
         Some(column)
     };
+    let known = active.iter().map(|&index| &*constraints[index]).chain([objective]).flatten();
+    if known.into_iter().any(|slope| !slope.is_finite()) {
+        return (f64::INFINITY, vec![0.0; constraints.len()]);
+    }
     let bounds: Vec<Vec<f64>> = held.iter().enumerate().filter_map(unit).collect();
     let columns: Vec<&[f64]> =
         active.iter().map(|&index| &*constraints[index]).chain(bounds.iter().map(|column| &**column)).collect();
