@@ -117,7 +117,7 @@ fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], held: 
     let bounds: Vec<Vec<f64>> = held.iter().enumerate().filter_map(unit).collect();
     let columns: Vec<&[f64]> =
         active.iter().map(|&index| &*constraints[index]).chain(bounds.iter().map(|column| &**column)).collect();
-    let fit = nonnegative_fit(&columns, objective);
+    let fit = nonnegative_fit((&columns, active.len()), objective);
     let mut rest = objective.to_vec();
     for (column, factor) in columns.iter().zip(&fit) {
         rest.iter_mut().zip(*column).for_each(|(rest, entry)| *rest += factor * entry);
@@ -128,8 +128,8 @@ fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], held: 
 }
 
 /// The factors of at least 0 with which columns come closest to the negative of a target, by active sets (Lawson and Hanson,
-/// Solving Least Squares Problems, 1974).
-fn nonnegative_fit(columns: &[&[f64]], target: &[f64]) -> Vec<f64> {
+/// Solving Least Squares Problems, 1974). Columns from `dense` on are unit vectors or their negatives, each of another entry.
+fn nonnegative_fit((columns, dense): (&[&[f64]], usize), target: &[f64]) -> Vec<f64> {
     let lengths: Vec<f64> = columns.iter().map(|column| dot(column, column).sqrt()).collect();
     let mut fit = vec![0.0; columns.len()];
     let mut passive: Vec<usize> = Vec::new();
@@ -144,7 +144,7 @@ fn nonnegative_fit(columns: &[&[f64]], target: &[f64]) -> Vec<f64> {
         let Some(best) = best.filter(|best| gain(best) > 1e-14 * dot(target, target).sqrt()) else { break };
         passive.push(best);
         loop {
-            let wanted = fit_of(columns, &lengths, &passive, target);
+            let wanted = fit_of((columns, dense), &passive, target);
             // As far as all stay above 0; those that reach it leave.
             let reach = |(&index, &wanted): (&usize, &f64)| {
                 if wanted <= 0.0 { fit[index] / (fit[index] - wanted) } else { 1.0 }
@@ -166,16 +166,31 @@ fn nonnegative_fit(columns: &[&[f64]], target: &[f64]) -> Vec<f64> {
     fit
 }
 
-/// The factors of some columns that come closest to the negative of a target.
-fn fit_of(columns: &[&[f64]], lengths: &[f64], some: &[usize], target: &[f64]) -> Vec<f64> {
-    let matrix =
-        DMatrix::from_fn(target.len(), some.len(), |row, column| columns[some[column]][row] / lengths[some[column]]);
-    let negative = DVector::from_iterator(target.len(), target.iter().map(|entry| -entry));
-    let solved = matrix.svd(true, true).solve(&negative, 1e-12);
-    match solved {
-        Ok(solved) => solved.iter().zip(some).map(|(factor, &index)| factor / lengths[index]).collect(),
-        Err(_) => vec![0.0; some.len()],
+/// The factors of some columns that come closest to the negative of a target. Unit vectors meet their entries exactly: the
+/// others are fitted to the rest.
+fn fit_of((columns, dense): (&[&[f64]], usize), some: &[usize], target: &[f64]) -> Vec<f64> {
+    let entry = |unit: usize| columns[unit].iter().position(|entry| *entry != 0.0).unwrap_or(0);
+    let met: Vec<usize> = some.iter().filter(|&&index| index >= dense).map(|&unit| entry(unit)).collect();
+    let rows: Vec<usize> = (0..target.len()).filter(|row| !met.contains(row)).collect();
+    let fitted: Vec<usize> = some.iter().copied().filter(|&index| index < dense).collect();
+    let lengths: Vec<f64> = fitted.iter().map(|&index| dot(columns[index], columns[index]).sqrt()).collect();
+    let mut factors = vec![0.0; fitted.len()];
+    if !rows.is_empty() && !fitted.is_empty() {
+        let column = |row: usize, column: usize| columns[fitted[column]][rows[row]] / lengths[column];
+        let matrix = DMatrix::from_fn(rows.len(), fitted.len(), column);
+        let negative = DVector::from_iterator(rows.len(), rows.iter().map(|&row| -target[row]));
+        if let Ok(solved) = matrix.svd(true, true).solve(&negative, 1e-12) {
+            factors = solved.iter().zip(&lengths).map(|(factor, length)| factor / length).collect();
+        }
     }
+    let rest = |row: usize| {
+        -target[row] - fitted.iter().zip(&factors).map(|(&index, factor)| factor * columns[index][row]).sum::<f64>()
+    };
+    let factor = |&index: &usize| match fitted.iter().position(|&other| other == index) {
+        Some(place) => factors[place],
+        None => rest(entry(index)) * columns[index][entry(index)],
+    };
+    some.iter().map(factor).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
