@@ -117,7 +117,9 @@ def designs_of(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Ch
     standing = ("start", "optimum")
     chosen: Chosen
     if isinstance(designs, Mapping):
-        chosen = [name if name in standing and not values else (name, pairs(values)) for name, values in designs.items()]
+        chosen = [
+            name if name in standing and not values else (name, pairs(values)) for name, values in designs.items()
+        ]
     else:
         chosen = list(designs)
     if not chosen:
