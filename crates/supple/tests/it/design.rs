@@ -210,7 +210,7 @@ fn opposing_limits_have_their_own_prices() {
 }
 
 /// A range far wider than what matters: the first step went to a sensor that sees nothing, where all slopes are 0, and the
-/// search returned its start. The least information at the limit was found by bisection.
+/// search returned its start. The reference is a brute-force search in NumPy.
 #[test]
 fn wide_ranges_that_include_zero_are_searched() {
     for upper in ["3.0", "10.0", "100.0", "1e3"] {
