@@ -49,11 +49,11 @@ fn how(report: &CatalogueReport) -> String {
             format!("Stopped after {designed} of {combinations} combinations of entries; {meet}")
         }
         (CatalogueMethod::Neighbourhood, true) => format!(
-            "Rounded, then improved by neighbour exchange until no neighbour was better ({designed} of {combinations} combinations evaluated); {meet}"
+            "The best of {designed} of {combinations} combinations, searched for around the best ones; no change in one catalogue improves it, nor does a neighbour; {meet}"
         ),
         (CatalogueMethod::Neighbourhood, false) => format!(
-            "Rounded, then exchanged for better neighbours until {designed} of {combinations} combinations of entries were \
-             designed; better ones may remain ([design] max_combinations); {meet}"
+            "The best of {designed} of {combinations} combinations; better ones may remain next to it ([design] \
+             max_combinations); {meet}"
         ),
     }
 }

@@ -51,7 +51,8 @@ pub struct CatalogueReport {
     /// Why the first of these could not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// Whether the choice came to its end: all combinations were tried, or no neighbour of the chosen one is better.
+    /// Whether the choice came to its end: all combinations were tried, or no neighbour of the chosen one is
+    /// better, nor any that differs from it in one catalogue.
     pub complete: bool,
     /// The chosen entry of each catalogue.
     pub chosen: Vec<ChosenEntry>,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use supple::design::{DesignStatus, InformationWeights};
+use supple::design::{CatalogueMethod, DesignStatus, InformationWeights};
 use supple::parameters::Role;
 use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
@@ -35,9 +35,10 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
 
     page.push_str(&prices(optimum, Some(report)));
 
-    let at_box = at_bounds(about, optimum);
-    if !at_box.is_empty() {
-        let _ = writeln!(page, "{}.\n", at_box.join("; "));
+    let at_bounds = at_bounds(about, optimum).into_iter();
+    let at_bounds: Vec<String> = at_bounds.map(|(name, side)| format!("{name} is at its {side} bound")).collect();
+    if !at_bounds.is_empty() {
+        let _ = writeln!(page, "{}.\n", at_bounds.join("; "));
     }
     for task in optimum.tasks.iter().filter(|task| !task.contacts.is_empty()) {
         let _ = writeln!(page, "Contacts of {}:\n{}\n", task.name, contacts::table_of(task));
@@ -105,25 +106,17 @@ fn results(about: &About, report: &DesignReport) -> Rows {
     results
 }
 
-/// The parameters of the search that end at a bound.
-fn at_bounds(about: &About, optimum: &Evaluation) -> Vec<String> {
-    about
-        .parameters
-        .iter()
-        .enumerate()
-        .filter_map(|(index, parameter)| {
-            let [lower, upper] = parameter.bounds;
-            let value = optimum.parameters.0[index].1;
-            let side = if parameter.is_at(lower, value) {
-                "lower"
-            } else if parameter.is_at(upper, value) {
-                "upper"
-            } else {
-                return None;
-            };
-            about.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
-        })
-        .collect()
+/// The parameters of the search that end at a bound, and which; those from a catalogue can have no other values.
+pub(super) fn at_bounds(about: &About, at: &Evaluation) -> Vec<(String, &'static str)> {
+    let design =
+        about.parameters.design().into_iter().map(|index| (about.parameters.get(index), at.parameters.0[index].1));
+    let free = design.filter(|(parameter, _)| parameter.catalogue.is_empty());
+    let held = free.filter_map(|(parameter, value)| {
+        let is_at = |&(end, _): &(f64, _)| parameter.is_at(end, value);
+        let (_, side) = parameter.bounds.into_iter().zip(["lower", "upper"]).find(is_at)?;
+        Some((parameter.name.clone(), side))
+    });
+    held.collect()
 }
 
 fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [String; 2] {
@@ -138,16 +131,22 @@ fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [S
 
 fn verdict(about: &About, report: &DesignReport) -> String {
     let how = match report.status {
-        DesignStatus::Converged if report.catalogue.is_some() => {
-            format!("Optimum among the catalogue entries; {} encountered.", minima(report.branches))
+        DesignStatus::Converged => {
+            let minima = minima(report.branches);
+            match report.catalogue.as_ref().map(|chosen| chosen.method) {
+                Some(CatalogueMethod::AllCombinations) => {
+                    format!("Optimum among the catalogue entries; {minima} encountered.")
+                }
+                Some(CatalogueMethod::Neighbourhood) => {
+                    format!("Local optimum among the catalogue entries; {minima} encountered.")
+                }
+                None => {
+                    let (agree, starts) = (report.agreement().0, report.starts.len());
+                    let advice = report.advice();
+                    format!("Optimum found from {agree} of {starts} starts; {minima} encountered.{advice}")
+                }
+            }
         }
-        DesignStatus::Converged => format!(
-            "Optimum found from {} of {} starts; {} encountered.{}",
-            report.agreement().0,
-            report.starts.len(),
-            minima(report.branches),
-            report.advice()
-        ),
         DesignStatus::NotOptimal => "Not an optimum: the method stopped, but the total gradient is not zero.".into(),
         DesignStatus::NotConverged => {
             let error = report.starts.iter().find_map(|start| start.error.as_deref());

@@ -6,6 +6,7 @@ use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation};
 use supple_study::About;
 use supple_study::design::DesignReport;
 
+use super::design::at_bounds;
 use crate::tables::number;
 
 /// After an evaluation.
@@ -45,7 +46,7 @@ pub fn after_evaluation(about: &About, at: &Evaluation) -> String {
 /// After a design.
 pub fn after_design(about: &About, report: &DesignReport) -> String {
     let optimum = &report.optimum;
-    let at_bounds = at_bounds(about, optimum);
+    let at_bounds: Vec<String> = at_bounds(about, optimum).into_iter().map(|(name, _)| name).collect();
     let advice = match report.status {
         DesignStatus::Stopped => "repeat the command to finish the search".to_owned(),
         DesignStatus::BoundViolated => plan(optimum).unwrap_or_else(|| {
@@ -130,7 +131,9 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     if !task.status.is_converged() {
         let raise = match task.status {
             PlanStatus::TimeLimit => "raise `time_limit` in [planning]",
-            PlanStatus::MaxIterations => "raise `max_iterations` in [planning]",
+            PlanStatus::MaxIterations => {
+                "raise `max_iterations` in [planning], or `sampled.iterations` of a sampled plan,"
+            }
             _ => "try another `time_step`",
         };
         let status = task.status;
@@ -181,18 +184,6 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
         ));
     }
     task.is_broken().then(|| format!("less noise or softer contacts: the roll-outs of {name} do not follow the plan"))
-}
-
-/// Parameters that are at one of their bounds.
-fn at_bounds(about: &About, at: &Evaluation) -> Vec<String> {
-    let design = about.parameters.design();
-    let found = design.iter().filter(|&&index| about.parameters.get(index).catalogue.is_empty());
-    let found = found.filter_map(|&index| {
-        let parameter = about.parameters.get(index);
-        let value = at.parameters.0[index].1;
-        parameter.bounds.into_iter().any(|end| parameter.is_at(end, value)).then(|| parameter.name.clone())
-    });
-    found.collect()
 }
 
 /// Names as a list of words.

@@ -41,6 +41,16 @@ impl Aim {
         }
     }
 
+    /// What designs are compared by, smaller is better: whether it misses its limits, then the objective, or by how much it
+    /// misses them.
+    pub(super) fn merit(self, visit: &Visit, problem: &Problem, feasibility: f64) -> (bool, f64) {
+        match self.is_met(visit, feasibility) {
+            true => (false, self.objective(visit, problem)),
+            false if visit.is_planned() => (true, visit.excess()),
+            false => (true, f64::INFINITY),
+        }
+    }
+
     /// The value by which usable designs are compared.
     pub(crate) fn objective(self, visit: &Visit, problem: &Problem) -> f64 {
         match self {

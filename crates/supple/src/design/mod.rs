@@ -10,6 +10,7 @@ mod cobyla;
 mod control;
 mod entries;
 mod exchange;
+mod multipliers;
 mod optimality;
 mod outer;
 mod result;

@@ -136,6 +136,11 @@ fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) 
         ending = optimiser.minimise(&mut problem);
         search.error = problem.into_error();
         if optimiser.keeps_last() {
+            // Its last design is its result, unless it is worse than where it began.
+            let merit = |visit: &Visit| search.aim().merit(visit, search.problem(), search.settings().feasibility);
+            if search.visitor.visits.last().is_some_and(|last| merit(last) > merit(&first)) {
+                search.choose();
+            }
             break;
         }
         let last = search.visitor.visits.last().cloned();

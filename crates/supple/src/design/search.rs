@@ -1,5 +1,7 @@
 //! One optimiser run: evaluates designs, counts them and notifies the observer.
 
+use std::cmp::Ordering;
+
 use super::optimality::optimality;
 use super::visit::Visitor;
 use super::visited::{ROUNDING, Visit};
@@ -28,14 +30,10 @@ impl<'a> Search<'a, '_> {
         let (problem, aim) = (self.problem(), self.aim());
         let feasibility = self.settings().feasibility;
         let visits = &mut self.visitor.visits;
-        let met = |tolerance: f64| visits.iter().any(|visit| aim.is_met(visit, tolerance));
-        let tolerance = [ROUNDING, feasibility].into_iter().find(|&tolerance| met(tolerance));
-        let merit = |visit: &Visit| match tolerance {
-            Some(tolerance) if aim.is_met(visit, tolerance) => aim.objective(visit, problem),
-            None if visit.is_planned() => visit.excess(),
-            _ => f64::INFINITY,
-        };
-        let best = (0..visits.len()).min_by(|&a, &b| merit(&visits[a]).total_cmp(&merit(&visits[b])))?;
+        let is_met = visits.iter().any(|visit| aim.is_met(visit, ROUNDING));
+        let tolerance = if is_met { ROUNDING } else { feasibility };
+        let merit = |index: &usize| aim.merit(&visits[*index], problem, tolerance);
+        let best = (0..visits.len()).min_by(|a, b| merit(a).partial_cmp(&merit(b)).unwrap_or(Ordering::Equal))?;
         let best = visits.remove(best);
         visits.push(best.clone());
         Some(best)

@@ -64,9 +64,9 @@ impl<'a> Choosing<'a> {
         self.places.iter().map(around).collect()
     }
 
-    /// The best combination so far.
-    pub fn best(&self) -> Option<Vec<usize>> {
-        self.ranked().into_iter().next().map(|(entries, _)| entries.clone())
+    /// The best combination so far of those that satisfy a condition.
+    pub fn best_of(&self, is_asked_for: impl Fn(&Vec<usize>) -> bool) -> Option<Vec<usize>> {
+        self.ranked().into_iter().map(|(entries, _)| entries).find(|entries| is_asked_for(entries)).cloned()
     }
 
     /// How many combinations were tried.

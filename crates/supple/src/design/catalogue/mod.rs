@@ -33,7 +33,7 @@ impl CatalogueDesign {
 impl Searcher<'_> {
     /// Chooses from the catalogues of the parameters that have any, given a design that ignored them (theory,
     /// equation D.7): designs every combination of entries where there are at most as many as the settings allow, and
-    /// otherwise the neighbours of ever better ones. For each combination the other parameters are optimised anew. Without
+    /// otherwise that many, around the best ones. For each combination the other parameters are optimised anew. Without
     /// catalogues the design stays as it is.
     ///
     /// # Errors
@@ -94,7 +94,7 @@ fn choose(mut choosing: Choosing) -> Result<CatalogueDesign, Error> {
         choosing.design_all(all, combinations as usize);
         (CatalogueMethod::AllCombinations, choosing.tried() as u64 == combinations)
     } else {
-        (CatalogueMethod::Neighbourhood, neighbours::descend(&mut choosing, most))
+        (CatalogueMethod::Neighbourhood, neighbours::explore(&mut choosing, most))
     };
     choosing.finish(method, complete, combinations)
 }

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use super::choosing::Choosing;
 
 /// Maximum number of catalogues for which all corners of the rounding are designed: 2 to this power.
@@ -6,31 +8,43 @@ const MOST_CORNERS: usize = 6;
 /// Maximum number of catalogues for which two entries are changed at once; beyond it, one at a time.
 const MOST_PAIRS: usize = 8;
 
-/// Rounds the design without catalogues to the entries around it, and moves to the best of all neighbours as long as
-/// that is better. Designs at most `most` combinations. Returns whether it completed: no neighbour is better.
-pub(super) fn descend(choosing: &mut Choosing, most: usize) -> bool {
-    let around = choosing.around();
+/// How far a combination has been explored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Explored {
+    /// Its neighbours are known.
+    Neighbours,
+    /// So are all that differ from it in one catalogue.
+    Lines,
+}
+
+/// Rounds the design without catalogues to the entries around it, and explores from the best combination that is not yet
+/// explored, again and again: first its neighbours, then all that differ from it in one catalogue. Designs at most `most`
+/// combinations. Returns whether the best one was explored in full.
+pub(super) fn explore(choosing: &mut Choosing, most: usize) -> bool {
     let lengths = choosing.lengths();
-    let mut next = corners(&around);
+    let mut explored: BTreeMap<Vec<usize>, Explored> = BTreeMap::new();
+    let mut next = corners(&choosing.around());
     loop {
         next.retain(|entries| !choosing.is_known(entries));
-        let room = most.saturating_sub(choosing.tried());
-        let cut = next.len() > room;
-        next.truncate(room);
-        let before = choosing.best();
-        let all = choosing.tried() + next.len();
-        choosing.design_all(next, all);
-        let best = choosing.best();
-        match best {
-            _ if choosing.is_stopped() => return false,
-            Some(best) if Some(&best) != before.as_ref() => next = neighbours(&best, &lengths),
-            // Nothing better: the search is complete, unless some neighbours were left out.
-            _ => return !cut && before.is_some(),
-        }
-        if cut {
-            return false;
+        next.truncate(most - choosing.tried());
+        choosing.design_all(next, most);
+        let unexplored = choosing.best_of(|entries| explored.get(entries) != Some(&Explored::Lines));
+        match unexplored {
+            Some(from) if choosing.tried() < most && !choosing.is_stopped() => {
+                let (found, by) = match explored.get(&from) {
+                    None => (neighbours(&from, &lengths), Explored::Neighbours),
+                    Some(_) => (lines(&from, &lengths), Explored::Lines),
+                };
+                next = found;
+                explored.insert(from, by);
+            }
+            _ => break,
         }
     }
+    let best = choosing.best_of(|_| true);
+    best.is_some_and(|best| {
+        lines(&best, &lengths).iter().chain(&neighbours(&best, &lengths)).all(|one| choosing.is_known(one))
+    })
 }
 
 /// The roundings of a design, the nearest first: all of them or, for many catalogues, the nearest and those that differ from
@@ -72,6 +86,22 @@ fn neighbours(from: &[usize], lengths: &[usize]) -> Vec<Vec<usize>> {
     found
 }
 
+/// Combinations that differ in one catalogue, the nearest entries first.
+fn lines(from: &[usize], lengths: &[usize]) -> Vec<Vec<usize>> {
+    let longest = lengths.iter().copied().max().unwrap_or(0);
+    let by = |distance: usize| {
+        (0..from.len()).flat_map(move |place| {
+            let ends = [from[place].checked_sub(distance), from[place].checked_add(distance)];
+            ends.into_iter().flatten().filter(move |&to| to < lengths[place]).map(move |to| {
+                let mut entries = from.to_vec();
+                entries[place] = to;
+                entries
+            })
+        })
+    };
+    (1..longest).flat_map(by).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -90,5 +120,6 @@ mod tests {
         let found = neighbours(&[0, 2], &[3, 3]);
         assert_eq!(found, vec![vec![1, 2], vec![0, 1], vec![1, 1]]);
         assert_eq!(neighbours(&[1; 9], &[3; 9]).len(), 18);
+        assert_eq!(lines(&[0, 2], &[2, 4]), vec![vec![1, 2], vec![0, 1], vec![0, 3], vec![0, 0]]);
     }
 }
