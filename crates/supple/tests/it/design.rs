@@ -5,11 +5,11 @@ use crate::common;
 use std::sync::atomic::AtomicBool;
 
 use crate::common::shipped;
-use supple::Problem;
 use supple::Stop;
 use supple::design::{
     Control, Design, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, StartSummary, design,
 };
+use supple::{EvaluateOptions, Problem};
 
 fn search(problem: &Problem, settings: &DesignSettings) -> Design {
     let control = Control::default();
@@ -46,9 +46,51 @@ fn barrier_with_the_frozen_gradient_does_not_meet_in_one_point() {
     let ends: Vec<f64> = feasible.map(|start| start.information).collect();
     let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
     let most = ends.iter().copied().fold(0.0, f64::max);
-    assert!(least > 168.29 + 10.0, "none comes near the optimum: {least}");
+    assert!(least > 168.29 + 5.0, "none comes near the optimum: {least}");
     assert!(most - least > 20.0, "they scatter: {least} to {most}");
     assert!(found.starts.iter().all(|start| start.status != DesignStatus::Converged));
+}
+
+/// Its barrier drives it from a start near the limits to a design with more information, and it ends there.
+#[test]
+fn barrier_returns_no_design_worse_than_its_start() {
+    let tasks = [("t0", 11, 4.4712, [-0.08, 1.46, -0.52]), ("t1", 12, 5.1427, [-1.34, 0.0, -0.03])];
+    let tasks = tasks.map(|(name, steps, bound, from)| {
+        format!(
+            "[[tasks]]
+name = '{name}'
+steps = {steps}
+time_step = 0.1
+initial_state = {from:?}
+bound = {bound}
+noise = {{ initial = [0.08, 0.16, 0.028], process = [0.0037, 0.0011, 0.0023], measurement = ['v'] }}
+[[tasks.costs]]
+kind = 'quadratic'
+Q = [[0.8, 0.0, 0.0], [0.0, 0.97, 0.0], [0.0, 0.0, 1.47]]
+R = [[0.87]]
+final = [[0.35, 0.0, 0.0], [0.0, 4.78, 0.0], [0.0, 0.0, 3.63]]
+"
+        )
+    });
+    let text = format!(
+        "[model]
+kind = 'linear'
+A = [[0.324, -0.123, -0.809], [-0.066, 0.465, 0.313], [0.335, 0.487, 1.069]]
+B = [['sqrt(1 + b^2) * -0.053'], ['0.86 * a'], [1.505]]
+C = [[-0.654, 0.61, -0.043]]
+[parameters]
+a = {{ initial = 1.0, bounds = [0.62, 4.65], scale = 'log' }}
+b = {{ initial = 0.25, bounds = [0.0, 4.0] }}
+v = {{ initial = 0.015, bounds = [0.00076, 0.31], scale = 'log' }}
+{}",
+        tasks.join("")
+    );
+    let problem = supple_file::parse(&text, "task.toml").unwrap();
+    let settings = DesignSettings { method: Method::Barrier, starts: 1, ..Default::default() };
+    let found = search(&problem, &settings);
+    let first = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
+    let first: f64 = first.tasks.iter().map(|task| task.information.total_nats).sum();
+    assert!(found.found().information <= first, "{} {first}", found.found().information);
 }
 
 /// Without gradients it takes more designs, and ends at the same one.
