@@ -161,6 +161,24 @@ fn needed_information_is_that_of_each_points_own_limit() {
     assert!(bits.windows(2).all(|pair| pair[0] >= pair[1]), "{bits:?}");
     // By another solver.
     assert!((bits[0] - 18.1034).abs() < 1e-3, "{bits:?}");
+    // It ends where the cost of the best design without measurements is met.
+    let without_measurements = |a: f64| {
+        let (mut value, mut gains) = (2.0, Vec::new());
+        for _ in 0..6 {
+            let gain = a * value / (0.3 + value);
+            gains.push(gain);
+            value = 1.0 + 0.3 * gain * gain + (a - gain) * (a - gain) * value;
+        }
+        let (mut variance, mut cost) = (0.4, 0.25 * value);
+        for _ in 0..6 {
+            cost += variance;
+            variance = a * a * variance + 0.1 * (1.0 + 3.0 * (a - 1.05) * (a - 1.05));
+        }
+        cost + 2.0 * variance
+    };
+    let least = (0..=600).map(|i| without_measurements(0.8 + 1e-3 * f64::from(i))).fold(f64::INFINITY, f64::min);
+    let last = found.points.last().unwrap();
+    assert!((last.factor - least / 3.0).abs() < 1e-6 && bits[bits.len() - 1] < 1e-6, "{} {bits:?}", last.factor);
 }
 
 #[test]

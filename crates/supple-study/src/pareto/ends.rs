@@ -1,11 +1,11 @@
-use supple::design::{Aim, StartSummary};
+use supple::design::{Aim, InformationWeights, StartSummary};
 
 use super::Front;
 use crate::StudyError;
 
 /// The ends of a front.
 pub(super) struct Ends {
-    /// The least information without bounds.
+    /// The least information without bounds; of the designs that need none, the one for which the tightest bounds do.
     pub loose: StartSummary,
     /// The smallest factor at which no cost limit is active.
     pub loose_factor: f64,
@@ -28,18 +28,28 @@ impl Front<'_> {
 }
 
 /// Searches for both ends: the least information without bounds, and the least cost, from all starts and from the
-/// other end.
+/// other end. Needed information ends where bounds can be met without measurements.
 pub(super) fn find_ends(front: &Front) -> Result<Ends, StudyError> {
-    let free = front.searcher(Aim::Information { factor: f64::INFINITY });
+    let weights = front.settings.information;
+    let blind = front.searcher(Aim::UnmeasuredCost);
+    let free = match weights {
+        InformationWeights::NEEDED => blind,
+        _ => front.searcher(Aim::Information { factor: f64::INFINITY }),
+    };
     let cheap = front.searcher(Aim::Cost);
     let (loose, tight) = rayon::join(|| front.best("least information", &free), || front.best("least cost", &cheap));
-    let (loose, mut tight) = (loose?, tight?);
+    let (mut loose, mut tight) = (loose?, tight?);
     let from_loose = || cheap.search_from(&loose.to, &loose.controls, front.settings.starts);
     let from_loose = front.part("least cost, from the least information", from_loose)?;
     if cheap.rank(&from_loose) < cheap.rank(&tight) {
         tight = from_loose;
     }
     front.watch.progress.advance(2);
-    let (loose_factor, tight_factor) = (front.factor(&loose), front.factor(&tight));
+    let (mut loose_factor, tight_factor) = (front.factor(&loose), front.factor(&tight));
+    if weights.needed > 0.0 {
+        let without_measurements = 1.0 + blind.assess(&loose.to, &loose.controls)?.violation;
+        loose_factor = loose_factor.max(without_measurements);
+        loose = front.searcher(Aim::Information { factor: loose_factor }).assess(&loose.to, &loose.controls)?;
+    }
     Ok(Ends { loose, loose_factor, tight, tight_factor })
 }

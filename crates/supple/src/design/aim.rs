@@ -1,4 +1,4 @@
-use super::visited::Visit;
+use super::visited::{TaskVisit, Visit};
 use crate::problem::Problem;
 
 /// The objective of a design search.
@@ -14,6 +14,9 @@ pub enum Aim {
     },
     /// The least factor by which all bounds can be multiplied and still be met: the minimum of the largest `J_i / D_i`.
     Cost,
+    /// The same for costs without measurements: the least factor at which no information is needed. Takes total
+    /// gradients.
+    UnmeasuredCost,
 }
 
 impl Default for Aim {
@@ -28,7 +31,7 @@ impl Aim {
     pub(crate) fn factor(self) -> Option<f64> {
         match self {
             Self::Information { factor } => factor.is_finite().then_some(factor),
-            Self::Cost => Some(1.0),
+            Self::Cost | Self::UnmeasuredCost => Some(1.0),
         }
     }
 
@@ -37,7 +40,7 @@ impl Aim {
     pub(crate) fn is_met(self, visit: &Visit, feasibility: f64) -> bool {
         match self {
             Self::Information { .. } => visit.is_feasible(feasibility),
-            Self::Cost => visit.is_planned() && visit.is_affordable(feasibility),
+            Self::Cost | Self::UnmeasuredCost => visit.is_planned() && visit.is_affordable(feasibility),
         }
     }
 
@@ -55,7 +58,13 @@ impl Aim {
     pub(crate) fn objective(self, visit: &Visit, problem: &Problem) -> f64 {
         match self {
             Self::Information { .. } => visit.objective(problem),
-            Self::Cost => visit.violation(),
+            Self::Cost | Self::UnmeasuredCost => self.violation(visit),
         }
+    }
+
+    /// How far the worst cost that it is about is above its bound, relative to the bound; negative where all are below.
+    pub(super) fn violation(self, visit: &Visit) -> f64 {
+        let of = if self == Self::UnmeasuredCost { TaskVisit::unmeasured_violation } else { TaskVisit::violation };
+        visit.tasks.iter().filter_map(of).fold(f64::NEG_INFINITY, f64::max)
     }
 }

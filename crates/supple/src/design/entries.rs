@@ -2,9 +2,10 @@
 //! constraint is another entry of [`constraints`].
 
 use super::Aim;
-use super::visited::Visit;
+use super::visited::{TaskVisit, Visit};
 use crate::problem::Problem;
 use crate::settings::DesignSettings;
+use crate::violation;
 
 /// Units of an [`OuterProblem`](super::OuterProblem).
 ///
@@ -54,6 +55,18 @@ impl Limited {
         };
         found.unwrap_or(f64::NEG_INFINITY)
     }
+
+    /// The task whose cost it limits, that cost and its gradient.
+    fn cost(self, visit: &Visit) -> Option<(&TaskVisit, f64, &[f64])> {
+        match self {
+            Self::Cost(task) => Some(&visit.tasks[task]).map(|at| (at, at.cost, &*at.cost_gradient)),
+            Self::Unmeasured(task) => {
+                let at = &visit.tasks[task];
+                at.unmeasured.as_ref().map(|(cost, gradient)| (at, *cost, &**gradient))
+            }
+            Self::Price => None,
+        }
+    }
 }
 
 /// A function of visited designs.
@@ -78,7 +91,7 @@ impl Entry {
 
 /// Whether a search has an auxiliary variable: the least cost is the least number that is at least every `J_i / D_i`.
 pub(super) fn has_auxiliary(aim: Aim) -> bool {
-    aim == Aim::Cost
+    matches!(aim, Aim::Cost | Aim::UnmeasuredCost)
 }
 
 /// What is minimised.
@@ -90,30 +103,39 @@ pub(super) fn objective((problem, aim, units): (&Problem, Aim, Units), first: &V
     Entry::new(scale, |problem, visit| (visit.objective(problem), visit.objective_gradient(problem)))
 }
 
-/// What must be at most 0, and what it limits: the cost of each task with a bound less that bound, or its ratio to the bound less the
-/// auxiliary variable; the sum of prices less the budget; and the cost without measurements less the bound, of tasks that
-/// must keep it without them.
+/// What must be at most 0, and what it limits: the cost of each task with a bound less that bound, or its ratio to the
+/// bound less the auxiliary variable; the sum of prices less the budget; and the same for the cost without measurements,
+/// of tasks that must keep the bound without them.
 pub(super) fn constraints(
     (settings, aim, units): (&DesignSettings, Aim, Units),
     first: &Visit,
 ) -> Vec<(Limited, Entry)> {
     let bounded = || first.tasks.iter().enumerate().filter_map(|(task, at)| Some((task, at.bound?)));
     let unmeasured = bounded().filter(|&(task, _)| first.tasks[task].unmeasured.is_some());
-    let ratio = |(task, _): (usize, f64)| {
+    let ratio = |limited: Limited| {
         let of = move |_: &Problem, visit: &Visit| {
-            let at = &visit.tasks[task];
-            let gradient = at.violation_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
-            (1.0 + at.violation().unwrap_or(-1.0), gradient)
+            let known = limited.cost(visit);
+            let found = known.and_then(|(at, cost, gradient)| {
+                Some((1.0 + violation(cost, at.bound?), at.ratio_gradient(cost, gradient)?))
+            });
+            found.unwrap_or_else(|| (0.0, vec![0.0; visit.phi.len()]))
         };
-        Entry { auxiliary: -1.0, ..Entry::new(units.scale(1.0 + first.violation()), of) }
+        Entry { auxiliary: -1.0, ..Entry::new(units.scale(1.0 + aim.violation(first)), of) }
     };
     let excess = |(task, bound): (usize, f64)| {
         Entry::new(units.scale(bound), move |_, visit| {
             let at = &visit.tasks[task];
-            (at.cost - at.bound.unwrap_or(f64::INFINITY), at.excess_gradient(1.0))
+            (at.cost - at.bound.unwrap_or(f64::INFINITY), at.excess_gradient())
         })
     };
-    let cost = |of: (usize, f64)| (Limited::Cost(of.0), if has_auxiliary(aim) { ratio(of) } else { excess(of) });
+    let cost = |of: (usize, f64)| {
+        let limited = Limited::Cost(of.0);
+        match aim {
+            Aim::Information { .. } => Some((limited, excess(of))),
+            Aim::Cost => Some((limited, ratio(limited))),
+            Aim::UnmeasuredCost => None,
+        }
+    };
     let budget = settings.budget.map(|budget| {
         let of = move |_: &Problem, visit: &Visit| (visit.price.total - budget, visit.price.gradient.clone());
         (Limited::Price, Entry::new(units.scale(budget), of))
@@ -125,7 +147,8 @@ pub(super) fn constraints(
             let gradient = at.unmeasured_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
             (cost - at.bound.unwrap_or(f64::INFINITY), gradient)
         };
-        (Limited::Unmeasured(task), Entry::new(units.scale(bound), of))
+        let limited = Limited::Unmeasured(task);
+        (limited, if has_auxiliary(aim) { ratio(limited) } else { Entry::new(units.scale(bound), of) })
     };
-    bounded().map(cost).chain(budget).chain(unmeasured.map(blind)).collect()
+    bounded().filter_map(cost).chain(budget).chain(unmeasured.map(blind)).collect()
 }

@@ -68,16 +68,15 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
             let scale = slopes.fold(size(at.information(problem), at.price.total).max(LITTLE), f64::max);
             (worst / scale, reported)
         }
-        Aim::Cost => {
-            let most = at.violation();
-            let is_cost = |one: &usize| matches!(entries[*one].0, Limited::Cost(_));
+        Aim::Cost | Aim::UnmeasuredCost => {
+            let most = aim.violation(at);
+            let is_cost = |one: &usize| matches!(entries[*one].0, Limited::Cost(_) | Limited::Unmeasured(_));
             let Some(first) = (0..entries.len()).find(|one| is_cost(one) && violations[*one] == most) else {
                 return (0.0, reported);
             };
             let is_active = |one: &usize| match entries[*one].0 {
-                Limited::Cost(_) => *one != first && violations[*one] > most - near,
+                Limited::Cost(_) | Limited::Unmeasured(_) => *one != first && violations[*one] > most - near,
                 Limited::Price => violations[*one] > -near,
-                Limited::Unmeasured(_) => false,
             };
             let active: Vec<usize> = (0..entries.len()).filter(is_active).collect();
             let (worst, weights) = project(&gradients[first], &gradients, &active, &held);

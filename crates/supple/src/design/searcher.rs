@@ -65,7 +65,7 @@ impl<'a> Searcher<'a> {
         let excess = summary.violation.max(summary.overspent);
         let value = match (met, self.aim) {
             (true, Aim::Information { .. }) => summary.objective,
-            (true, Aim::Cost) => summary.violation,
+            (true, Aim::Cost | Aim::UnmeasuredCost) => summary.violation,
             // Infinite: its costs may be low, but its plans did not converge.
             (false, _) if excess <= self.settings.feasibility => f64::INFINITY,
             (false, _) => excess,

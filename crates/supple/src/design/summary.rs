@@ -73,7 +73,7 @@ pub struct StartSummary {
     pub budget_multiplier: f64,
     /// Expected cost of each task at the end.
     pub costs: Vec<f64>,
-    /// How far the worst task is above its bound, relative to it; negative below.
+    /// How far the worst cost that the search is about is above its bound, relative to it; negative below.
     pub violation: f64,
     /// First-order optimality: the largest entry of the projected Lagrangian gradient in scaled coordinates, relative
     /// to the objective's gradient.
@@ -182,7 +182,7 @@ impl StartSummary {
         self.overspent = at.price.violation().unwrap_or(f64::NEG_INFINITY);
         self.budget_multiplier = if met { of_budget } else { 0.0 };
         self.costs = at.tasks.iter().map(|task| task.cost).collect();
-        self.violation = at.violation();
+        self.violation = visitor.aim.violation(at);
         self.optimality = optimality;
         self.multipliers = if met { multipliers } else { vec![0.0; at.tasks.len()] };
         self.controls = controls_of(at);

@@ -89,7 +89,7 @@ impl<'a> Visitor<'a> {
     pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim) -> Self {
         let scaling = Scaling::of(&problem.parameters);
         let states = problem.tasks.iter().map(TaskState::new).collect();
-        let weighed = Weighed { weights: settings.information, needs_nothing: false };
+        let weighed = Weighed { weights: settings.information, needs_nothing: aim == Aim::UnmeasuredCost };
         Self { problem, settings, aim, weighed, scaling, visits: Vec::new(), states }
     }
 

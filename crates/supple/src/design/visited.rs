@@ -109,17 +109,11 @@ impl Visit {
         sum
     }
 
-    /// How far the worst task is above its bound, relative to the bound; negative where all are below.
-    pub fn violation(&self) -> f64 {
-        self.tasks.iter().filter_map(TaskVisit::violation).fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// The largest relative excess over a task's bound or the budget, including costs without measurements if these
     /// must stay within bounds.
     pub fn excess(&self) -> f64 {
-        let unmeasured = self.tasks.iter().filter_map(TaskVisit::unmeasured_violation);
-        let budget = self.price.violation();
-        unmeasured.chain(budget).fold(self.violation(), f64::max)
+        let costs = self.tasks.iter().flat_map(|task| [task.violation(), task.unmeasured_violation()]);
+        costs.flatten().chain(self.price.violation()).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether every task meets its bound and the design the budget within `feasibility`, and every plan converged.
@@ -165,9 +159,9 @@ impl TaskVisit {
         self.bound.zip(self.unmeasured.as_ref()).map(|(bound, (cost, _))| violation(*cost, bound))
     }
 
-    /// The gradient of `J - share D` by all parameters.
-    pub fn excess_gradient(&self, share: f64) -> Vec<f64> {
-        self.less_bound(&self.cost_gradient, share)
+    /// The gradient of `J - D` by all parameters.
+    pub fn excess_gradient(&self) -> Vec<f64> {
+        self.less_bound(&self.cost_gradient, 1.0)
     }
 
     /// The gradient of the cost without measurements minus the bound, if it must stay within the bound.
@@ -184,10 +178,10 @@ impl TaskVisit {
         gradient
     }
 
-    /// The gradient of [`violation`](Self::violation) by all parameters.
-    pub fn violation_gradient(&self) -> Option<Vec<f64>> {
+    /// The gradient of the ratio of a cost to the bound, of which it is the [`violation`](Self::violation), by all parameters.
+    pub fn ratio_gradient(&self, cost: f64, cost_gradient: &[f64]) -> Option<Vec<f64>> {
         let size = self.bound?.abs().max(1e-300);
-        let mut gradient = self.excess_gradient(self.cost / size);
+        let mut gradient = self.less_bound(cost_gradient, cost / size);
         gradient.iter_mut().for_each(|entry| *entry /= size);
         Some(gradient)
     }
