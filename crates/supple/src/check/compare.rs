@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use super::differences::Difference;
@@ -60,14 +62,21 @@ impl Entries {
     }
 
     /// The comparison: an entry may differ by `tolerance` of the largest entry of its group, plus its finite
-    /// difference's uncertainty.
-    pub fn row(self, name: &str, tolerance: f64, place: impl Fn(usize) -> String) -> Row {
+    /// difference's uncertainty. An entry fails only if it also was among the keys `contradicted` by earlier differences,
+    /// if there were any; those that differences contradict still are left there.
+    pub fn row(
+        self,
+        name: &str,
+        tolerance: f64,
+        contradicted: &mut Option<BTreeSet<usize>>,
+        place: impl Fn(usize) -> String,
+    ) -> Row {
         let mut scales = vec![0.0_f64; self.groups];
         for entry in &self.list {
             scales[entry.group] = scales[entry.group].max(entry.size());
         }
         let (mut unresolved, mut not_compared) = (Vec::new(), Vec::new());
-        let mut worst: Option<(f64, &Entry, Difference)> = None;
+        let mut compared: Vec<(f64, &Entry, Difference)> = Vec::new();
         for entry in &self.list {
             let scale = scales[entry.group];
             let Some(numeric) = entry.numeric else {
@@ -82,15 +91,20 @@ impl Entries {
             }
             let difference = (entry.analytic - numeric.value).abs();
             let share = if difference == 0.0 { 0.0 } else { difference / allowed };
-            if worst.is_none_or(|(most, ..)| share > most || share.is_nan()) {
-                worst = Some((share, entry, numeric));
-            }
+            compared.push((share, entry, numeric));
         }
+        let contradicts = |(share, ..): &&(f64, &Entry, Difference)| share.is_nan() || *share > 1.0;
+        let now: BTreeSet<usize> = compared.iter().filter(contradicts).map(|(_, entry, _)| entry.key).collect();
+        let failed = contradicted.take().map_or_else(|| now.clone(), |before| &before & &now);
+        let is_judged = |key: &usize| if failed.is_empty() { !now.contains(key) } else { failed.contains(key) };
+        let judged = compared.into_iter().filter(|(_, entry, _)| is_judged(&entry.key));
+        let worst = judged.max_by(|(a, ..), (b, ..)| a.total_cmp(b));
+        let passed = not_compared.is_empty() && failed.is_empty();
+        *contradicted = Some(failed);
         let relative = |entry: &Entry, number: f64| match scales[entry.group] {
             0.0 => 0.0,
             scale => number / scale,
         };
-        let passed = not_compared.is_empty() && worst.is_none_or(|(share, ..)| share <= 1.0);
         let (entry, numeric) = match worst {
             Some((_, entry, numeric)) => (Some(entry), numeric),
             None => (None, Difference { value: 0.0, uncertainty: 0.0 }),
@@ -108,5 +122,30 @@ impl Entries {
             not_compared,
             passed,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of many entries, differences over every step contradicted another one by chance.
+    #[test]
+    fn an_entry_fails_if_all_differences_contradict_it() {
+        let of = |wrong: &[usize], contradicted: &mut Option<BTreeSet<usize>>| {
+            let mut entries = Entries::default();
+            for key in 0..3 {
+                let value = if wrong.contains(&key) { 2.0 } else { 1.0 };
+                entries.add((key, key), 1.0, Some(Difference { value, uncertainty: 1e-9 }));
+            }
+            entries.row("", 1e-6, contradicted, |key| key.to_string())
+        };
+        let mut contradicted = None;
+        let first = of(&[0, 1], &mut contradicted);
+        assert!(!first.passed && (first.error - 0.5).abs() < 1e-12, "{first:?}");
+        let second = of(&[1, 2], &mut contradicted);
+        assert!(!second.passed && second.place == "1", "{second:?}");
+        let third = of(&[0, 2], &mut contradicted);
+        assert!(third.passed && third.place == "1" && third.error == 0.0, "{third:?}");
     }
 }

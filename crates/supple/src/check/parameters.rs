@@ -37,7 +37,7 @@ pub(super) fn parameter_row(
     for (index, (&analytic, &numeric)) in analytic.iter().zip(numeric).enumerate() {
         entries.add((index, index), analytic, numeric);
     }
-    entries.row(name, tolerance, |index| parameters.get(index).name.clone())
+    entries.row(name, tolerance, &mut None, |index| parameters.get(index).name.clone())
 }
 
 impl SystemCheck<'_> {

@@ -1,3 +1,6 @@
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use supple_kernels::{Matrices, Scratch};
@@ -15,7 +18,15 @@ use crate::problem::{Problem, Task};
 
 /// Every derivative of the task's system along its plan.
 pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], plan: &Plan) -> Vec<Row> {
-    let mut check = SystemCheck { problem, task, phi, plan, lengthened: 1.0, scratch: Scratch::new() };
+    let mut check = SystemCheck {
+        problem,
+        task,
+        phi,
+        plan,
+        lengthened: 1.0,
+        contradicted: RefCell::default(),
+        scratch: Scratch::new(),
+    };
     let derivatives = [
         SystemCheck::dynamics,
         SystemCheck::measurement,
@@ -37,6 +48,8 @@ pub(super) struct SystemCheck<'a> {
     pub(super) plan: &'a Plan,
     /// Factor on all steps.
     pub(super) lengthened: f64,
+    /// The entries of one derivative that all differences so far contradict.
+    contradicted: RefCell<Option<BTreeSet<usize>>>,
     pub(super) scratch: Scratch,
 }
 
@@ -67,8 +80,9 @@ fn moved(trajectory: &Trajectory, t: usize, j: usize, h: f64) -> (Vec<f64>, Vec<
 }
 
 impl<'a> SystemCheck<'a> {
-    /// Compares a derivative with differences; if they contradict it, also with those over other steps.
+    /// Compares a derivative with differences; entries that they contradict, also with those over other steps.
     fn compared(&mut self, derivative: impl Fn(&mut SystemCheck<'a>) -> Row) -> Row {
+        self.contradicted = RefCell::default();
         let first = derivative(self);
         if first.passed {
             return first;
@@ -109,7 +123,7 @@ impl<'a> SystemCheck<'a> {
             let group = i * cols + j;
             list.add((group, t * rows * cols + group), analytic, numeric);
         }
-        let row = list.row(name, tolerance, |key| {
+        let row = list.row(name, tolerance, &mut self.contradicted.borrow_mut(), |key| {
             let (t, i, j) = (key / (rows * cols), key / cols % rows, key % cols);
             format!("{}, step {t}", place(i, j))
         });
