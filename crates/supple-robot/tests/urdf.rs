@@ -220,6 +220,10 @@ fn what_looks_like_a_mistake_is_said_once() {
         "limit of joint `j`: `lower` and `upper` are missing: the joint can only be at 0 (line 4)",
     );
     one(
+        &pair(&body, "revolute", "<limit lower='-90' upper='135' velocity='1' effort='2'/>"),
+        "limit of joint `j`: `lower` = -90 and `upper` = 135 are rad, but look like degrees (line 4)",
+    );
+    one(
         &pair(&body.replace("inertial>", "inertail>"), "fixed", ""),
         "unknown `inertail` in `link` is ignored; did you mean `inertial`? (line 3)",
     );

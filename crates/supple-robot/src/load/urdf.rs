@@ -183,6 +183,12 @@ fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, 
     Ok(joint)
 }
 
+/// Whether limits of an angle, rad, are so far apart and so round that they seem to be degrees.
+fn look_like_degrees(limits: [f64; 2]) -> bool {
+    let [lower, upper] = limits;
+    upper - lower >= 30.0 && limits.iter().all(|limit| limit.abs() <= 360.0 && limit % 5.0 == 0.0)
+}
+
 /// The `limit` of a joint. Missing positions are 0, as URDF specifies.
 ///
 /// # Errors
@@ -210,10 +216,12 @@ fn limits(at: Element, kind: JointKind, warnings: &mut Warnings) -> Result<Limit
         }
         Ok(found.unwrap_or(f64::INFINITY))
     };
-    Ok(Limits {
-        velocity: most("velocity")?,
-        effort: most("effort")?,
-        lower: limit.number("lower")?.unwrap_or(0.0),
-        upper: limit.number("upper")?.unwrap_or(0.0),
-    })
+    let (velocity, effort) = (most("velocity")?, most("effort")?);
+    let [lower, upper] = [limit.number("lower")?.unwrap_or(0.0), limit.number("upper")?.unwrap_or(0.0)];
+    if kind == JointKind::Revolute && look_like_degrees([lower, upper]) {
+        warnings.note("degrees", limit, || {
+            format!("`lower` = {lower} and `upper` = {upper} are rad, but look like degrees")
+        });
+    }
+    Ok(Limits { lower, upper, velocity, effort })
 }
