@@ -126,8 +126,8 @@ def test_mujocos_own_contacts_press_alike(file: str) -> None:
 def test_designs_have_a_start_and_an_optimum(tmp_path: Path) -> None:
     task = supple.load("tasks/elastic_elbow.toml")
     design = task.design()
-    start = supple.mujoco.validate(design, 10)
-    optimum = supple.mujoco.validate(design, 10, at="optimum")
+    start = supple.mujoco.validate(design, 10, at="start")
+    optimum = supple.mujoco.validate(design, 10)
     assert (start.at, start.parameters) == ("start", task.values)
     assert optimum.parameters == design.parameters != start.parameters
     assert optimum.tasks["press"].predicted_bits < start.tasks["press"].predicted_bits

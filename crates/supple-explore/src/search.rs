@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use supple::Stop;
 use supple::design::{Aim, Control, DesignStatus, Event, Observer, Searcher, StartSummary};
+use supple::{Matrices, Stop};
 use supple_study::LoadedTask;
 
 use crate::surroundings::Surroundings;
@@ -22,6 +22,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 pub struct Found {
     /// All parameters of the best design.
     pub design: Vec<f64>,
+    /// Controls of its plans, of each task; empty if the search was stopped.
+    pub controls: Vec<Matrices>,
     /// How the search ended, for the page.
     pub ended: Value,
 }
@@ -90,7 +92,7 @@ impl Live {
             "prices": [],
             "errors": [],
         });
-        Some(Found { design: best.design, ended })
+        Some(Found { design: best.design, controls: Vec::new(), ended })
     }
 
     /// What a search found that ended by itself.
@@ -108,7 +110,7 @@ impl Live {
             "prices": prices,
             "errors": best.error.iter().map(ToString::to_string).collect::<Vec<_>>(),
         });
-        Found { design: best.to.clone(), ended }
+        Found { design: best.to.clone(), controls: best.controls.clone(), ended }
     }
 }
 

@@ -63,6 +63,8 @@ pub struct Session {
     stage: Mutex<(Stage, usize)>,
     /// The last evaluation: which reading, values and task.
     last: Mutex<Option<(Key, Arc<Evaluated>)>>,
+    /// Controls of the plans at the end of the last search, of each task.
+    known: Mutex<Vec<Matrices>>,
 }
 
 /// What an evaluation is of: the reading of the file, the values of all knobs, and the task that is shown.
@@ -81,7 +83,7 @@ impl Session {
         let (push, pushed) = sync_channel(MOST_WAITING);
         let slots = View::WORKERS.map(|view| Slot::new(if view == View::Evaluate { GRACE } else { Duration::ZERO }));
         let (busy, stage, last) = (AtomicUsize::new(0), Mutex::default(), Mutex::default());
-        let session = Arc::new(Self { shown, surroundings, push, slots, busy, stage, last });
+        let session = Arc::new(Self { shown, surroundings, push, slots, busy, stage, last, known: Mutex::default() });
         for (index, view) in View::WORKERS.into_iter().enumerate() {
             let session = Arc::clone(&session);
             std::thread::spawn(move || {
@@ -218,8 +220,17 @@ impl Worker<'_> {
         self.stop.load(Ordering::Relaxed)
     }
 
+    /// The task, whose plans start also from those of the last search.
+    fn loaded(&self) -> LoadedTask {
+        let mut loaded = self.shown.loaded.clone();
+        for (task, controls) in loaded.problem.tasks.iter_mut().zip(&*lock(&self.session.known)) {
+            task.known_controls = (controls.count() == task.steps).then(|| controls.clone());
+        }
+        loaded
+    }
+
     fn turned(&self, values: &[f64]) -> Result<Turned, String> {
-        turned(&self.shown.loaded, &self.shown.knobs, values)
+        turned(&self.loaded(), &self.shown.knobs, values)
     }
 
     /// An answer, with what it answers.
@@ -334,7 +345,7 @@ impl Worker<'_> {
             self.session.tell(&self.message(View::Map, body)) && !self.stopped()
         };
         let wanted = Wanted { values, axes, prices };
-        fill(&self.shown.loaded, &self.shown.knobs, &wanted, self.stop, &self.session.busy, &tell);
+        fill(&self.loaded(), &self.shown.knobs, &wanted, self.stop, &self.session.busy, &tell);
         Ok(())
     }
 
@@ -354,6 +365,10 @@ impl Worker<'_> {
         };
         let found = search(task, self.ask.count.min(MOST_SAMPLES), &self.session.surroundings, self.stop, &tell)?;
         let stopped = self.stopped();
+        if !found.controls.is_empty() {
+            *lock(&self.session.known) = found.controls;
+            *lock(&self.session.last) = None;
+        }
         self.answer(View::Design, json!({ "ended": found.ended, "design": with(&found.design), "stopped": stopped }));
         Ok(())
     }
@@ -372,8 +387,7 @@ impl Worker<'_> {
     }
 
     fn save(&self) -> Result<(), String> {
-        let Shown { loaded, knobs, .. } = self.shown;
-        let screen = OnScreen { loaded, knobs, values: &self.ask.values };
+        let screen = OnScreen { loaded: &self.loaded(), knobs: &self.shown.knobs, values: &self.ask.values };
         let path = match self.ask.what.as_str() {
             "result" => screen.save_result()?,
             "report" => screen.save_report()?,

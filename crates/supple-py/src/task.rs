@@ -100,6 +100,13 @@ impl NativeTask {
         Ok(Self { task: LoadedTask { problem, phi, sources, kinds: Kinds::default() }, failures })
     }
 
+    /// The same task, whose plans start also from these controls, of tasks by name, one row per step.
+    fn knowing(&self, controls: Vec<(String, Vec<Vec<f64>>)>) -> Self {
+        let mut task = self.task.clone();
+        controls.iter().for_each(|(name, rows)| task.know(name, rows));
+        Self { task, failures: self.failures.clone() }
+    }
+
     /// The same task with other values of some parameters.
     fn with_values(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Self> {
         let mut task = self.task.clone();

@@ -281,6 +281,24 @@ fn a_task_without_bound_and_a_plan_that_did_not_converge_are_told() {
     assert!(text.contains("reached the maximum number of iterations"));
 }
 
+/// The page of an evaluation said that its cost limit was met, and nothing of roll-outs that contradict the prediction.
+#[test]
+fn roll_outs_that_contradict_an_evaluation_are_told() {
+    let task = task("two_mass_small.toml");
+    let options = EvaluateOptions { rollouts: 64, ..Default::default() };
+    let mut evaluation = task.problem.evaluate(&task.phi, &options).unwrap();
+    let trust = evaluation.tasks[0].trust.as_mut().unwrap();
+    (trust.verdict, trust.reasons) = (supple::Verdict::Broken, vec!["32 of 64 diverge".to_owned()]);
+    let says = format!("Roll-outs of press in kept: {trust}");
+    assert!(says.contains("broken"), "{says}");
+    let sampled = evaluation.tasks[0].monte_carlo.as_ref().unwrap().cost_mean;
+    let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
+    let text = text(&page(&[folder("kept", &task, result)]).unwrap());
+    assert!(text.contains(&says) && text.contains("Evaluated designs") && !text.contains("Other designs"), "{says}");
+    let shown = format!("{sampled:.2}");
+    assert!(text.contains("sampled cost of press") && text.contains(&shown), "{shown}");
+}
+
 #[test]
 fn results_of_one_task_belong_together_and_others_get_their_own_part() {
     let (small, large) = (task("two_mass_small.toml"), task("two_mass.toml"));

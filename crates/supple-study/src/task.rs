@@ -2,7 +2,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use supple::parameters::Parameters;
-use supple::{Kinds, Named, Problem, Task};
+use supple::{Evaluation, Kinds, Matrices, Named, Problem, Task};
 use supple_file::{Files, ReadOptions};
 
 use crate::StudyError;
@@ -196,6 +196,47 @@ impl LoadedTask {
     pub fn restore_with(sources: &[Source], set: &[(String, f64)], kinds: Kinds) -> Result<Self, StudyError> {
         let Some(first) = sources.first() else { return Err(StudyError::usage("there is no text of a task file")) };
         Self::read(Path::new(&first.path), set, (kinds, Source::files(sources)))
+    }
+
+    /// The same task, whose plans start also from the plans of an evaluation of it, where the evaluation has kept them: a
+    /// search may have found local minima that first guesses do not lead to.
+    ///
+    /// ```
+    /// use supple::EvaluateOptions;
+    /// use supple_study::LoadedTask;
+    ///
+    /// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+    /// let stiffness = [("k1".to_owned(), 355.0), ("k2".to_owned(), 400.0)];
+    /// let task = LoadedTask::load(path.as_ref(), &stiffness)?;
+    /// let options = EvaluateOptions { branches: 24, trajectories: true, ..Default::default() };
+    /// let found = task.problem.evaluate(&task.phi, &options)?;
+    ///
+    /// let guessed = task.problem.evaluate(&task.phi, &EvaluateOptions::default())?;
+    /// let task = LoadedTask::restore(&task.sources, &stiffness)?.knowing(&found);
+    /// let known = task.problem.evaluate(&task.phi, &EvaluateOptions::default())?;
+    /// let cost = |evaluation: &supple::Evaluation| evaluation.tasks[0].cost.expected;
+    /// assert!(cost(&found) < 0.99 * cost(&guessed));
+    /// assert!((cost(&known) / cost(&found) - 1.0).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn knowing(mut self, evaluation: &Evaluation) -> Self {
+        for report in &evaluation.tasks {
+            if let Some(trajectory) = &report.trajectory {
+                self.know(&report.name, &trajectory.controls);
+            }
+        }
+        self
+    }
+
+    /// Has plans of a task start also from these controls, one row per step; does nothing where there is no such task, or
+    /// it has other steps or controls.
+    pub fn know(&mut self, task: &str, controls: &[Vec<f64>]) {
+        let Some(task) = self.problem.tasks.iter_mut().find(|one| one.name == task) else { return };
+        let count = task.system.dimensions().controls;
+        if controls.len() == task.steps && controls.iter().all(|row| row.len() == count) {
+            task.known_controls = Some(Matrices::of_rows(controls, count));
+        }
     }
 
     /// The parameters by name.

@@ -26,9 +26,10 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess; if that is one constant row,
 /// also from multiples of it; if there are contacts to make or friction to overcome, also from a plan that has
-/// approached them; and, if given, from the controls of a `neighbour`, such as those of the plan at a nearby design.
+/// approached them; and, if given, from the controls of a known plan, and of a `neighbour`, such as those of the plan at a
+/// nearby design.
 ///
-/// Keeps the converged plan of least nominal cost, but the one from the neighbour only if it is on another, cheaper
+/// Keeps the converged plan of least nominal cost, but the one from known controls only if it is on another, cheaper
 /// branch, so that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that is cheaper but did
 /// not converge is recorded in [`Plan::passed_over`](crate::plan::Plan::passed_over).
 ///
@@ -62,7 +63,7 @@ pub fn best_plan(
     if task.initial_control.is_empty() && candidates.converged.is_none() {
         candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 0.0)), state);
     }
-    if let Some(controls) = neighbour {
+    for controls in task.known_controls.iter().chain(neighbour) {
         candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
     }
     match candidates.choose() {

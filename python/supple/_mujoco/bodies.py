@@ -145,7 +145,9 @@ def again(
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.boundmass, spec.compiler.boundinertia = LITTLE
-    spec.option.gravity = mj.opt.gravity
+    # Models that are made of this one keep its gravity, not its flags.
+    switched_off = mj.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    spec.option.gravity = np.zeros(3) if switched_off else mj.opt.gravity
     made = {0: spec.worldbody}
     hung = _hung(mj, carried or {})
     waiting = list(range(1, mj.nbody))

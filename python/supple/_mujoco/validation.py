@@ -60,7 +60,7 @@ def validate(
     rollouts: int = 200,
     contact: Literal["same", "mujoco"] = "same",
     vary: Mapping[str, float] | None = None,
-    at: Literal["start", "optimum"] = "start",
+    at: Literal["start", "optimum"] | None = None,
     seed: int = 0,
 ) -> Validation:
     """Runs a design's plan, gains and extended Kalman filter on MuJoCo, beside supple's own model under the same noise.
@@ -81,8 +81,9 @@ def validate(
             mounts and bushings; ``stiffness`` of springs, mounts, elastic joints and bushings; ``friction`` of contacts;
             ``contact.stiffness`` and ``contact.dissipation``. Where a number is a parameter, the parameter is multiplied,
             and expressions of it change with it.
-        at: The design: of a task or an evaluation ``start``, as it is; of a design search its ``start``, or the ``optimum``
-            it found. ``optimum`` of a task runs :meth:`supple.Task.design` first.
+        at: The design: of a task or an evaluation ``start``, as it is; of a design search the ``optimum`` it found, which is
+            the default there, or its ``start``. ``optimum`` of a task runs :meth:`supple.Task.design` first. Plans of a
+            result that keeps trajectories are its own.
         seed: Seed of the noise.
 
     Raises:
@@ -91,6 +92,7 @@ def validate(
         ComputeError: Where the design has no plan.
     """
     check_choice("contact", [contact], ["same", "mujoco"])
+    at = at or ("optimum" if isinstance(result_or_task, Design) else "start")
     check_choice("at", [at], ["start", "optimum"])
     check_counts(rollouts=rollouts, seed=seed)
     if rollouts < 2:
@@ -125,20 +127,24 @@ def _factors(vary: Mapping[str, float]) -> dict[str, float]:
 
 
 def _task(given: Task | Design | Evaluation, at: str) -> Task:
-    """The task at the design that is meant."""
+    """The task at the design that is meant, with its plans."""
     if isinstance(given, Task):
-        return given if at == "start" else given.at(given.design().parameters)
+        return given if at == "start" else _task(given.design(), at)
     if not isinstance(given, (Design, Evaluation)):
         raise UsageError(
             f"{type(given).__name__} cannot be validated: give a Task, or a result of its design or evaluate"
         )
     if isinstance(given, Evaluation) and at == "optimum":
         raise UsageError("at='optimum': an evaluation has one design, its `start`; give a task or a result of design")
-    values = given.start_parameters if isinstance(given, Design) and at == "start" else given.parameters
+    of = given._start if isinstance(given, Design) and at == "start" else given._evaluated
     if given.task is not None:
-        return given.task.at(values)
-    sources = [(source["path"], source["text"]) for source in given.made["sources"]]
-    return Task(NativeTask.restore(sources, list(values.items())), ("loads", sources[0][0]), values)
+        task = given.task.at(of.parameters)
+    else:
+        sources = [(source["path"], source["text"]) for source in given.made["sources"]]
+        native = NativeTask.restore(sources, list(of.parameters.items()))
+        task = Task(native, ("loads", sources[0][0]), of.parameters)
+    plans = [(name, one.trajectory.controls.tolist()) for name, one in of.tasks.items() if one.trajectory is not None]
+    return Task(task._native.knowing(plans), task._recipe, task._changed)
 
 
 def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, factors: dict[str, float]) -> TaskValidation:

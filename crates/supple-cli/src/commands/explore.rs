@@ -1,6 +1,5 @@
 use std::path::PathBuf;
 
-use supple::Named;
 use supple_explore::Explorer;
 use supple_study::{Folder, LoadedTask, StudyResult};
 
@@ -36,11 +35,15 @@ fn load(options: &ExploreOptions) -> Result<(LoadedTask, Option<PathBuf>), Failu
         return Ok((LoadedTask::load(path, &[])?, Some(path.clone())));
     }
     let folder = Folder::load(path)?;
-    let design: Option<&Named> = match &folder.result {
-        StudyResult::Design(report) => Some(&report.optimum.parameters),
-        StudyResult::Evaluate(report) => Some(&report.evaluation.parameters),
+    let at = match &folder.result {
+        StudyResult::Design(report) => Some(&report.optimum),
+        StudyResult::Evaluate(report) => Some(&report.evaluation),
         _ => None,
     };
-    let design = design.map_or(&[][..], |named| &named.0);
-    Ok((LoadedTask::restore(&folder.made.sources, design)?, None))
+    let sources = &folder.made.sources;
+    let loaded = match at {
+        Some(at) => LoadedTask::restore(sources, &at.parameters.0)?.knowing(at),
+        None => LoadedTask::restore(sources, &[])?,
+    };
+    Ok((loaded, None))
 }

@@ -8,6 +8,7 @@ use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
+use super::ends::at_bounds;
 use super::evaluation::{above_limit, excess, limit_lines, minima, prices, reached_lines};
 use super::next;
 use crate::tables::{Rows, align_right, heading, number, percent, table};
@@ -104,19 +105,6 @@ fn results(about: &About, report: &DesignReport) -> Rows {
     }
     align_right(&mut results, 1..5);
     results
-}
-
-/// The parameters of the search that end at a bound, and which; those from a catalogue can have no other values.
-pub(super) fn at_bounds(about: &About, at: &Evaluation) -> Vec<(String, &'static str)> {
-    let design =
-        about.parameters.design().into_iter().map(|index| (about.parameters.get(index), at.parameters.0[index].1));
-    let free = design.filter(|(parameter, _)| parameter.catalogue.is_empty());
-    let held = free.filter_map(|(parameter, value)| {
-        let is_at = |&(end, _): &(f64, _)| parameter.is_at(end, value);
-        let (_, side) = parameter.bounds.into_iter().zip(["lower", "upper"]).find(is_at)?;
-        Some((parameter.name.clone(), side))
-    });
-    held.collect()
 }
 
 fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [String; 2] {

@@ -3,6 +3,7 @@
 mod bound;
 mod check;
 mod design;
+mod ends;
 mod evaluation;
 mod next;
 mod pareto;

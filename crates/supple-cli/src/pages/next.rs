@@ -6,7 +6,7 @@ use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation};
 use supple_study::About;
 use supple_study::design::DesignReport;
 
-use super::design::at_bounds;
+use super::ends::at_bounds;
 use crate::tables::number;
 
 /// After an evaluation.

@@ -29,7 +29,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             (found(part, report))
         }
         @if !evaluations.is_empty() {
-            (evaluated(part, &evaluations))
+            (evaluated(part, &evaluations, if searches.is_empty() { "Evaluated designs" } else { "Other designs" }))
         }
         @if searches.is_empty() && evaluations.is_empty() {
             p {
@@ -233,12 +233,11 @@ fn parameters(part: &Part, report: &DesignReport, end: &str) -> Markup {
         let value = |at: &Evaluation| at.parameters.get(&parameter.name).unwrap_or(f64::NAN);
         let [least, most] = parameter.bounds;
         let to = value(&report.optimum);
-        let near = 1e-6 * (most - least);
         let note = if !design.contains(&index) {
             "given"
-        } else if to - least < near {
+        } else if parameter.is_at(least, to) {
             "at the lower end of its range"
-        } else if most - to < near {
+        } else if parameter.is_at(most, to) {
             "at the upper end of its range"
         } else {
             ""
@@ -324,11 +323,13 @@ fn budget_remark(report: &DesignReport, budget: Option<f64>) -> [String; 2] {
 
 /// Comparison of roll-outs with predictions.
 fn trusted(report: &DesignReport) -> Vec<String> {
-    let says = |place: &str, task: &TaskEvaluation| {
-        Some(format!("Roll-outs of {} {place}: {}.", task.name, task.trust.as_ref()?))
-    };
     let tasks = report.start.tasks.iter().zip(&report.optimum.tasks);
-    tasks.flat_map(|(start, optimum)| [says("at the start", start), says("at the end", optimum)]).flatten().collect()
+    tasks.flat_map(|(start, end)| [trust("at the start", start), trust("at the end", end)]).flatten().collect()
+}
+
+/// What roll-outs of a task say of the prediction, if there were any.
+fn trust(place: &str, task: &TaskEvaluation) -> Option<String> {
+    Some(format!("Roll-outs of {} {place}: {}.", task.name, task.trust.as_ref()?))
 }
 
 /// A number with its sign and two decimals.
@@ -358,11 +359,13 @@ fn changes(split: &[Split]) -> Markup {
 }
 
 /// Designs that no search found.
-fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
+fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)], title: &str) -> Markup {
     let mut head = words(["design", "parameters", "information, bits"]);
     for task in &part.about.tasks {
+        head.push(format!("used for {}, bits", task.name));
         head.push(format!("information of {}, bits/s", task.name));
         head.push(format!("cost of {}", task.name));
+        head.push(format!("sampled cost of {}", task.name));
         head.push(format!("bound of {}", task.name));
     }
     let priced = evaluations.iter().any(|(_, at)| at.price.is_some());
@@ -371,8 +374,11 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
         let values = part.describe(&at.parameters).join(", ");
         let mut row = vec![(*folder).to_owned(), values, number(at.objective.information_bits)];
         for task in &at.tasks {
+            let used = task.information.control.as_ref().map(|used| used.total_bits);
+            row.push(used.map_or_else(String::new, number));
             row.push(number(task.information.bits_per_second));
             row.push(number(task.cost.expected));
+            row.push(task.monte_carlo.as_ref().map_or_else(String::new, |sampled| number(sampled.cost_mean)));
             row.push(task.cost.bound.map_or("none".into(), |bound| {
                 format!("{}, {}", number(bound), if at.missed_bound(task).is_some() { "missed" } else { "met" })
             }));
@@ -381,5 +387,11 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
         row
     };
     let rows: Vec<_> = evaluations.iter().map(row).collect();
-    table("Other designs", &head, &rows)
+    let trusted = evaluations
+        .iter()
+        .flat_map(|(folder, at)| at.tasks.iter().filter_map(move |task| trust(&format!("in {folder}"), task)));
+    html! {
+        (table(title, &head, &rows))
+        @for text in trusted { p { (text) } }
+    }
 }

@@ -256,6 +256,8 @@ pub struct Task {
     /// First guess of the controls: one row for all steps, or one per step; each of length m. If empty, the
     /// controls that best hold the first state.
     pub initial_control: Vec<Vec<Value>>,
+    /// Controls of a plan that is known already, such as that of a stored result: plans start from them too.
+    pub known_controls: Option<Matrices>,
     /// Bounds on the controls of plans and their control laws; none by default.
     pub control_bounds: Option<ControlBounds>,
     /// Its noise.
@@ -300,6 +302,7 @@ impl Task {
             information_weight: 1.0,
             initial_state: vec![Value::default(); system.dimensions().states],
             initial_control: Vec::new(),
+            known_controls: None,
             control_bounds: None,
             noise,
             system,
@@ -323,6 +326,12 @@ impl Task {
     #[must_use]
     pub fn guessing_each(self, controls: Vec<Vec<Value>>) -> Self {
         Self { initial_control: controls, ..self }
+    }
+
+    /// Sets the controls of a plan that is known already, one vector per step: plans start from them too.
+    #[must_use]
+    pub fn knowing(self, controls: Matrices) -> Self {
+        Self { known_controls: Some(controls), ..self }
     }
 
     /// Sets the weight of its information in the objective; 1 by default.

@@ -37,6 +37,7 @@ pub fn task(
         information_weight: 1.0,
         initial_state,
         initial_control: vec![numbers(initial_control)],
+        known_controls: None,
         control_bounds: None,
         noise,
         system: Arc::new(system),
