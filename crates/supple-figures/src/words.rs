@@ -17,6 +17,8 @@ pub fn label(label: &str, unit: &str, exponent: i32) -> String {
     let factor = if exponent == 0 { String::new() } else { power(exponent) };
     let unit = printed_unit(unit);
     let inside = [factor, unit].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ");
+    // Lines do not break within a unit.
+    let inside = inside.replace(' ', "\u{a0}");
     match (label.is_empty(), inside.is_empty()) {
         (_, true) => label.to_owned(),
         (true, _) => format!("({inside})"),

@@ -68,7 +68,7 @@ impl Layout {
             places = laid;
             margins = rooms.iter().map(|margins: &Margins| margins.0).collect();
             for (places, margins) in places.chunks_mut(columns).zip(margins.chunks_mut(columns)) {
-                break_alike(places, margins);
+                break_alike(places, margins, size[0], ruler);
             }
             let sides: f64 =
                 (0..columns).map(|c| column(&margins, c, columns, 0) + column(&margins, c, columns, 1)).sum();
@@ -106,18 +106,22 @@ fn marked_above(panel: &Panel, height: f64) -> bool {
     panel.series.iter().any(|series| matches!(&series.shape, Shape::Points { y, .. } if y.iter().any(near)))
 }
 
-/// If a title in a row takes several lines, all titles of the row break after their last comma, so that they look alike
-/// and what belongs together stays together.
-fn break_alike(row: &mut [PanelLayout], margins: &mut [[f64; 4]]) {
+/// If a title in a row of panels of this width takes several lines, all titles of the row break after their last comma where
+/// they fit then, so that they look alike and what belongs together stays together.
+fn break_alike(row: &mut [PanelLayout], margins: &mut [[f64; 4]], width: f64, ruler: &Ruler) {
     if row.iter().all(|place| place.title.len() < 2) {
         return;
     }
-    for (place, margins) in row.iter_mut().zip(margins) {
+    let broken = |(place, [_, right, ..]): (&PanelLayout, &[f64; 4])| {
         let whole = place.title.join(" ");
-        if let Some((first, second)) = whole.rsplit_once(", ").filter(|_| place.title.len() < 3) {
-            place.title = vec![format!("{first},"), second.to_owned()];
-            margins[2] = above(&place.title, place.title_gap);
-        }
+        let (first, second) = whole.rsplit_once(", ").filter(|_| place.title.len() < 3)?;
+        let lines = vec![format!("{first},"), second.to_owned()];
+        lines.iter().all(|line| ruler.width(line, LABEL) <= width + right).then_some(lines)
+    };
+    let Some(titles) = row.iter().zip(&*margins).map(broken).collect::<Option<Vec<_>>>() else { return };
+    for ((place, margins), title) in row.iter_mut().zip(margins).zip(titles) {
+        place.title = title;
+        margins[2] = above(&place.title, place.title_gap);
     }
 }
 
@@ -182,7 +186,7 @@ fn apart(axis: &Axis, width: f64, ruler: &Ruler) -> Ticks {
     (2..=most).rev().map(|most| ticks(axis, most)).find(free).unwrap_or_else(|| ticks(axis, 2))
 }
 
-/// A text in lines no wider than `width`, as far as it has spaces.
+/// A text in lines no wider than `width`: between words, or within words that are wider.
 fn wrap(text: &str, width: f64, ruler: &Ruler) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -192,6 +196,12 @@ fn wrap(text: &str, width: f64, ruler: &Ruler) -> Vec<String> {
                 line.push_str(word);
             }
             _ => lines.push(word.to_owned()),
+        }
+        while let Some(line) = lines.last_mut().filter(|line| ruler.width(line, LABEL) > width) {
+            let ends = line.char_indices().map(|(end, _)| end).skip(1);
+            let Some(end) = ends.take_while(|&end| ruler.width(&line[..end], LABEL) <= width).last() else { break };
+            let rest = line.split_off(end);
+            lines.push(rest);
         }
     }
     lines

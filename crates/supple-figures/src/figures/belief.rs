@@ -8,15 +8,15 @@ use crate::{FigureError, words};
 
 /// The label of planned states.
 const PLAN: &str = "plan";
-/// The most states that are shown.
-const MOST: usize = 6;
+/// The most states that are shown: of one design, of several.
+const MOST: [usize; 2] = [12, 8];
 
 /// States over time, with one closed-loop run: plan, true state, estimate and two standard deviations around it. One
 /// column of panels per design.
 ///
-/// States are sorted by how far their belief moves: the range of the planned mean, plus the range
-/// of twice the standard deviation, both divided by the mean standard deviation. If there are more than six, the first
-/// six are shown.
+/// Where there are more than twelve states, or eight of several designs, half of those that are shown are those whose planned
+/// mean moves furthest, and the others those whose standard deviation changes most, both in mean standard deviations; the
+/// title stored in the file says how many there are.
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.
@@ -53,7 +53,9 @@ pub fn belief(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let shown = designs("belief", folders, task)?;
     let columns = shown.len();
     let mut panels = Vec::new();
-    for (row, name) in chosen(&shown).into_iter().enumerate() {
+    let (names, all) = (chosen(&shown), shown[0].trajectory.state_names.len());
+    let of = if names.len() < all { format!(" ({} of {all})", names.len()) } else { String::new() };
+    for (row, name) in names.into_iter().enumerate() {
         let states: Vec<_> = shown.iter().map(|design| state(design.trajectory, &name)).collect();
         let unit = unit(shown[0].trajectory, &name);
         let y = upright(words::name(&name), unit, &states);
@@ -67,7 +69,7 @@ pub fn belief(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let grid = |alone: usize, aspect: f64| Grid { columns: if single { alone } else { columns }, aspect };
     Ok(Figure {
         name: "belief".into(),
-        title: format!("States over time of the task {}: plan, and one run in closed loop", shown[0].task.name),
+        title: format!("States over time of the task {}{of}: plan, and one run in closed loop", shown[0].task.name),
         panels,
         column: grid(2, 0.6),
         page: grid(3, if columns > 2 { 0.5 } else { 0.36 }),
@@ -92,28 +94,37 @@ fn upright(label: String, unit: String, states: &[Vec<Series>]) -> Axis {
     }
 }
 
-/// The names of the states to show.
+/// The names of the states to show, in the order of the task.
 fn chosen(shown: &[Shown]) -> Vec<String> {
     let names = &shown[0].trajectory.state_names;
-    let interest = |index: usize, name: &String| {
-        let of = |design: &Shown| index_of(design.trajectory, name).map_or(0.0, |i| motion(design.trajectory, i));
-        (shown.iter().map(of).fold(0.0, f64::max), index)
+    let most = MOST[usize::from(shown.len() > 1)];
+    let ranked = |of: fn(&TrajectoryReport) -> &[Vec<f64>]| {
+        let interest = |name: &String| {
+            let found = shown.iter().filter_map(|design| Some((design, index_of(design.trajectory, name)?)));
+            found.map(|(design, index)| change(design.trajectory, of, index)).fold(0.0, f64::max)
+        };
+        let mut order: Vec<(usize, f64)> = names.iter().map(interest).enumerate().collect();
+        order.sort_by(|a, b| b.1.total_cmp(&a.1));
+        order.into_iter().map(|(index, _)| index).collect::<Vec<_>>()
     };
-    let mut order: Vec<(f64, usize)> = names.iter().enumerate().map(|(i, name)| interest(i, name)).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    order.into_iter().take(MOST).map(|(_, index)| names[index].clone()).collect()
+    let (moved, learnt) = (ranked(|of| &of.states), ranked(|of| &of.deviations));
+    let mut some: Vec<usize> = Vec::new();
+    for index in moved.into_iter().zip(learnt).flat_map(|(one, other)| [one, other]) {
+        if some.len() < most && !some.contains(&index) {
+            some.push(index);
+        }
+    }
+    some.sort_unstable();
+    some.into_iter().map(|index| names[index].clone()).collect()
 }
 
-/// How far the belief of a state moves, in its mean standard deviations.
-fn motion(trajectory: &TrajectoryReport, index: usize) -> f64 {
-    let way = |rows: &[Vec<f64>]| {
-        let values = rows.iter().map(|row| row[index]);
-        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
-    };
+/// The range over time of a state's mean or deviation, in its mean standard deviations. Where nothing is uncertain, all that
+/// moves comes first, and all that rests last.
+fn change(trajectory: &TrajectoryReport, of: fn(&TrajectoryReport) -> &[Vec<f64>], index: usize) -> f64 {
+    let values = of(trajectory).iter().map(|row| row[index]);
+    let range = values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min);
     let mean = trajectory.deviations.iter().map(|row| row[index]).sum::<f64>() / trajectory.deviations.len() as f64;
-    let moved = way(&trajectory.states) + 2.0 * way(&trajectory.deviations);
-    // Where nothing is uncertain, all that moves comes first, and all that rests last.
-    if moved > 0.0 { moved / mean.max(f64::MIN_POSITIVE) } else { 0.0 }
+    if range > 0.0 { range / mean.max(f64::MIN_POSITIVE) } else { 0.0 }
 }
 
 fn index_of(trajectory: &TrajectoryReport, name: &str) -> Option<usize> {

@@ -1,18 +1,16 @@
 use supple::parameters::Scale;
 use supple_study::Folder;
 
+use super::grouping::grouped;
 use super::results::{NATS, Shown, designs};
 use crate::figure::{Axis, Colour, Figure, Grid, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
-
-/// The most measurements that are shown.
-const MOST: usize = 6;
 
 /// Bits of each measurement over time, together and of each channel beyond the others; below it the value of
 /// information, `Tr(Xi)`, and the cost of the estimation error, `1/2 Tr(Xi Sigma)`. One column of panels
 /// per design.
 ///
-/// At most six channels are shown, those with the most information.
+/// Where there are more than seven channels, those with the least information are drawn in grey.
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.
@@ -21,8 +19,11 @@ const MOST: usize = 6;
 pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let shown = designs("information", folders, task)?;
     let channels = channels(&shown);
+    let important: Vec<String> =
+        [ALL.to_owned()].into_iter().chain(by_information(&channels).map(label)).collect();
     let columns = shown.len();
-    let bits: Vec<Vec<Series>> = shown.iter().map(|design| bits(design, &channels)).collect();
+    let bits: Vec<Vec<Series>> =
+        shown.iter().map(|design| bits(design, channels.iter().map(|(name, _)| name))).collect();
     let value = |design: &Shown| {
         let y = design.task.cost.value_of_information_per_step.clone();
         vec![Series::plain(Style::line(Colour::Green), line(design, y))]
@@ -51,7 +52,7 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
             panels.push(Panel { title, x, y: y.clone(), series });
         }
     }
-    Ok(Figure {
+    let figure = Figure {
         name: "information".into(),
         title: format!("Directed information over time of the task {}, and its value", shown[0].task.name),
         panels,
@@ -59,23 +60,36 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
         page: Grid { columns, aspect: if columns == 1 { 0.25 } else { 0.42 } },
         shared_x: true,
         shared_y: true,
-    })
+    };
+    Ok(grouped(figure, &important))
 }
 
-/// The names of the channels to show, in the order of the task.
-fn channels(shown: &[Shown]) -> Vec<String> {
-    let mut sums: Vec<(usize, String, f64)> = Vec::new();
+/// The label of all measurements together.
+const ALL: &str = "all measurements";
+
+/// The label of a channel.
+fn label(name: &str) -> String {
+    format!("{} beyond the others", words::name(name))
+}
+
+/// The channels in the order of the task, each with the most information that it has in any design.
+fn channels(shown: &[Shown]) -> Vec<(String, f64)> {
+    let mut sums: Vec<(String, f64)> = Vec::new();
     for channel in shown.iter().flat_map(|design| &design.trajectory.measurements) {
         let sum = channel.beyond_others_nats.iter().filter(|nats| nats.is_finite()).sum::<f64>();
-        match sums.iter_mut().find(|(_, name, _)| *name == channel.name) {
-            Some((.., most)) => *most = most.max(sum),
-            None => sums.push((sums.len(), channel.name.clone(), sum)),
+        match sums.iter_mut().find(|(name, _)| *name == channel.name) {
+            Some((_, most)) => *most = most.max(sum),
+            None => sums.push((channel.name.clone(), sum)),
         }
     }
-    sums.sort_by(|a, b| b.2.total_cmp(&a.2).then(a.0.cmp(&b.0)));
-    sums.truncate(MOST);
-    sums.sort_by_key(|(index, ..)| *index);
-    sums.into_iter().map(|(_, name, _)| name).collect()
+    sums
+}
+
+/// Their names, those with the most information first.
+fn by_information(channels: &[(String, f64)]) -> impl Iterator<Item = &str> {
+    let mut order: Vec<&(String, f64)> = channels.iter().collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    order.into_iter().map(|(name, _)| name.as_str())
 }
 
 fn line(design: &Shown, y: Vec<f64>) -> Shape {
@@ -83,15 +97,14 @@ fn line(design: &Shown, y: Vec<f64>) -> Shape {
     Shape::Line { x: time[..y.len().min(time.len())].to_vec(), y }
 }
 
-fn bits(design: &Shown, channels: &[String]) -> Vec<Series> {
+fn bits<'a>(design: &Shown, channels: impl Iterator<Item = &'a String>) -> Vec<Series> {
     let bits = |nats: &[f64]| line(design, nats.iter().map(|nats| nats / NATS).collect());
     let total = bits(&design.task.information.per_step_nats);
-    let mut series = vec![Series::named("all measurements", Style { width: 1.6, ..Style::line(Colour::Black) }, total)];
-    for (index, name) in channels.iter().enumerate() {
+    let mut series = vec![Series::named(ALL, Style { width: 1.6, ..Style::line(Colour::Black) }, total)];
+    for (index, name) in channels.enumerate() {
         if let Some(channel) = design.trajectory.measurements.iter().find(|channel| channel.name == *name) {
             let style = Style::of_set(index);
-            let label = format!("{} beyond the others", words::name(name));
-            series.push(Series::named(label, style, bits(&channel.beyond_others_nats)));
+            series.push(Series::named(label(name), style, bits(&channel.beyond_others_nats)));
         }
     }
     series

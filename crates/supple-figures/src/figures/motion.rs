@@ -8,6 +8,8 @@ use crate::{FigureError, words};
 
 /// How many poses of each design are shown.
 const POSES: usize = 6;
+/// Springs that are shorter than this, in the size of what is drawn, are not shown.
+const NO_LENGTH: f64 = 1e-3;
 /// Corners of circles.
 const ROUND: usize = 24;
 /// The longest arrow, in the size of what is drawn.
@@ -131,6 +133,10 @@ impl View {
         series.extend(scene.bodies.iter().flat_map(|body| self.body(body, frame)));
         for spring in scene.connections.iter().filter(|one| one.kind != ConnectionKind::Contact) {
             let [from, to] = [&spring.from, &spring.to].map(|end| self.seen(at(&end.0, frame)));
+            // Springs of joints that turn have no length.
+            if (from[0] - to[0]).hypot(from[1] - to[1]) < NO_LENGTH * scene.size {
+                continue;
+            }
             let style = Style { width: 0.8, dash: Dash::Dotted, ..Style::line(Colour::Green) };
             series.push(Series::named(
                 "spring",
@@ -155,10 +161,12 @@ impl View {
             let points = corners(shape.solid)
                 .into_iter()
                 .map(|corner| placed(placed(corner, shape.rotation, shape.position), rotation, position));
-            let style = Style { width: 0.5, ..Style::area(Colour::Blue, 0.25) };
+            // Along guides, other bodies slide.
+            let opacity = if shape.guide { 0.06 } else { 0.25 };
+            let style = Style { width: if shape.guide { 0.25 } else { 0.5 }, ..Style::area(Colour::Blue, opacity) };
             Series::plain(style, self.outline(points))
         };
-        body.shapes.iter().filter(|shape| !shape.guide).map(shape).collect()
+        body.shapes.iter().map(shape).collect()
     }
 
     /// The outline of points as they are seen.
