@@ -31,7 +31,7 @@ pub(crate) fn page(report: &CatalogueReport) -> String {
 
 /// How the entries were chosen.
 fn how(report: &CatalogueReport) -> String {
-    let CatalogueReport { method, designed, feasible, complete, .. } = report;
+    let CatalogueReport { method, designed, failed, feasible, complete, .. } = report;
     let combinations = match report.combinations {
         u64::MAX => "more than 1e19".to_owned(),
         count => count.to_string(),
@@ -42,6 +42,9 @@ fn how(report: &CatalogueReport) -> String {
         count => format!("{count} are within all cost limits."),
     };
     match (method, complete) {
+        (CatalogueMethod::AllCombinations, true) if ((designed + failed) as u64) < report.combinations => {
+            format!("Chosen from all {designed} combinations within the budget, of {combinations}; {meet}")
+        }
         (CatalogueMethod::AllCombinations, true) => {
             format!("Chosen from all {combinations} combinations of entries; {meet}")
         }

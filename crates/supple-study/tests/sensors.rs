@@ -49,6 +49,19 @@ fn the_values_of_shipped_sensors_are_as_shown() {
     assert!(door.best.is_none() && door.certificate.search.is_none());
 }
 
+/// Bits of one task alone were multiplied by its weight in the design's objective.
+#[test]
+fn bits_of_one_task_are_not_weighted() {
+    let whole = study("two_mass.toml", SensorsOptions::default()).unwrap();
+    let mut light = task("two_mass.toml");
+    for weight in [0.1, 0.0] {
+        light.problem.tasks[0].information_weight = weight;
+        let found = run(&light, &SensorsOptions::default(), Watch::default()).unwrap();
+        assert_eq!(found.all.information_bits, whole.all.information_bits);
+        assert_eq!(found.sensors, whole.sensors);
+    }
+}
+
 #[test]
 fn without_prices_the_smallest_set_is_the_cheapest() {
     let asked = |cost| SensorsOptions { cost: Some(cost), task: Some("open".into()), ..Default::default() };

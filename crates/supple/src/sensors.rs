@@ -50,12 +50,14 @@ pub fn select(
         Ok(state)
     });
     let planned = planned.collect::<Result<Vec<_>, Error>>()?;
+    // Tasks are weighed against one another only.
+    let is_alone = chosen.len() == 1;
     let plants = chosen.iter().zip(&planned).map(|(task, state)| Plant {
         knots: &state.plan.knots,
         noise: &state.noise,
         value: &state.plan.policy.value_of_information,
         fixed: state.cost.nominal + state.cost.process + state.cost.initial,
-        weight: task.information_weight,
+        weight: if is_alone { 1.0 } else { task.information_weight },
     });
     Ok(Selection::new(candidates, &plants.collect::<Vec<_>>())?)
 }

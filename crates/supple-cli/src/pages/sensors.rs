@@ -7,7 +7,7 @@ use crate::tables::{align_right, heading, number, table};
 
 /// The page of `supple sensors`.
 pub fn sensors_page(about: &About, study: &Sensors) -> String {
-    let mut page = heading(about) + &asked(study) + &sets(study);
+    let mut page = heading(about) + &asked(about, study) + &sets(study);
     page.push_str(&values(study));
     page.push_str(&certificate(study));
     page.push_str(next(study));
@@ -26,7 +26,7 @@ fn next(study: &Sensors) -> &'static str {
 }
 
 /// What was asked for, in a sentence.
-fn asked(study: &Sensors) -> String {
+fn asked(about: &About, study: &Sensors) -> String {
     let options = &study.options;
     let what = match (options.cost, options.goal) {
         (Some(cost), _) => format!("The cheapest sensors with an expected cost of at most {}", number(cost)),
@@ -38,8 +38,11 @@ fn asked(study: &Sensors) -> String {
     limits.extend(options.count.map(|count| format!("a count of {count}")));
     let within = if limits.is_empty() { String::new() } else { format!(" within {}", limits.join(" and ")) };
     let from = if study.catalogue { "the catalogue" } else { "the task's own measurements" };
-    let tasks =
+    let mut tasks =
         if study.tasks.len() > 1 { format!(", all of {} together", study.tasks.join(", ")) } else { String::new() };
+    if study.tasks.len() > 1 && about.tasks.iter().any(|task| task.information_weight != 1.0) {
+        tasks.push_str(", their bits weighted by `information_weight`");
+    }
     format!("{what}{within}, from {from}{tasks}:\n\n")
 }
 

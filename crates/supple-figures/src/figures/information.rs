@@ -19,8 +19,7 @@ use crate::{FigureError, words};
 pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
     let shown = designs("information", folders, task)?;
     let channels = channels(&shown);
-    let important: Vec<String> =
-        [ALL.to_owned()].into_iter().chain(by_information(&channels).map(label)).collect();
+    let important: Vec<String> = [ALL.to_owned()].into_iter().chain(by_information(&channels).map(label)).collect();
     let columns = shown.len();
     let bits: Vec<Vec<Series>> =
         shown.iter().map(|design| bits(design, channels.iter().map(|(name, _)| name))).collect();

@@ -16,7 +16,8 @@ pub struct Sensors {
     pub options: SensorsOptions,
     /// All parameters.
     pub parameters: Named,
-    /// The tasks that were looked at. Costs are sums over them, information is the sum with the tasks' weights.
+    /// The tasks that were looked at. Costs are sums over them; information is the sum with the tasks' weights, if there are
+    /// several.
     pub tasks: Vec<String>,
     /// Whether there is a catalogue; otherwise the candidates are the task's own measurements.
     pub catalogue: bool,

@@ -12,6 +12,11 @@ pub(super) struct Cobyla;
 const FIRST: f64 = 0.2;
 
 impl Optimiser for Cobyla {
+    /// It may end far from an optimum, and goes on where it begins again with a wide trust region.
+    fn runs(&self) -> usize {
+        6
+    }
+
     fn minimise(&self, problem: &mut OuterProblem) -> Ending {
         let (first, tolerance, evaluations) = (problem.first(), problem.tolerance(), problem.max_evaluations());
         let bounds: Vec<(f64, f64)> = problem.bounds().into_iter().map(|[lower, upper]| (lower, upper)).collect();

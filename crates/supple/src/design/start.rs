@@ -63,6 +63,14 @@ impl Searcher<'_> {
         let best = (0..starts.len())
             .min_by(|&a, &b| rank(&starts[a]).partial_cmp(&rank(&starts[b])).unwrap_or(Ordering::Equal))
             .unwrap_or(0);
+        // Of starts that ended alike, one that is known to be an optimum.
+        let alike = |start: &StartSummary| {
+            let ((missed, passed, value), (best_missed, best_passed, least)) = (rank(start), rank(&starts[best]));
+            (missed, passed) == (best_missed, best_passed) && value - least <= ALIKE * least.abs().max(1e-3)
+        };
+        let is_known = |start: &&StartSummary| start.status == DesignStatus::Converged && alike(start);
+        let known = starts.get(best).filter(|best| best.status != DesignStatus::Converged);
+        let best = known.and_then(|_| starts.iter().position(|start| is_known(&start))).unwrap_or(best);
         let failed = starts.get(best).filter(|summary| summary.controls.is_empty());
         if let Some(error) = failed.and_then(|summary| summary.error.clone()) {
             return Err(error);
@@ -137,6 +145,9 @@ impl Searcher<'_> {
         summary
     }
 }
+
+/// Designs whose objectives differ by no more than this share are equally good.
+const ALIKE: f64 = 1e-7;
 
 /// A random point of the box, in scaled coordinates; each start has its own random stream.
 fn random_start(scaling: &Scaling, phi: &[f64], seed: u64, start: usize) -> Vec<f64> {

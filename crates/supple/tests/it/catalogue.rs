@@ -257,6 +257,30 @@ max_combinations = 729
     }
 }
 
+/// Combinations beyond the budget used up what a search may design, and it found nothing: 25 of 36 are, and 11 may be designed.
+#[test]
+fn combinations_beyond_the_budget_are_not_designed() {
+    let entries = |prices: [u32; 6]| {
+        let values = [100, 150, 200, 300, 400, 500].iter().zip(prices);
+        let entries: Vec<String> =
+            values.map(|(value, price)| format!("{{ value = {value}, price = {price} }}")).collect();
+        format!("[{}]", entries.join(", "))
+    };
+    let mut problem = two_masses(&entries([9, 1, 9, 5, 9, 2]), &entries([6, 1, 9, 9, 2, 7]));
+    problem.design.budget = Some(8.5);
+    let all = designed(&problem).catalogue.unwrap();
+    assert_eq!(all.designed.len(), 36);
+    problem.design.max_combinations = 11;
+    let some = designed(&problem).catalogue.unwrap();
+    assert_eq!((some.method, some.complete), (CatalogueMethod::AllCombinations, true));
+    assert!(some.designed.len() <= 11 && some.designed.iter().all(|one| one.summary.overspent <= 1e-9));
+    assert_eq!(some.chosen().entries, all.chosen().entries);
+    problem.design.max_combinations = 4;
+    let few = designed(&problem).catalogue.unwrap();
+    assert_eq!((few.method, few.designed.len()), (CatalogueMethod::Neighbourhood, 4));
+    assert!(few.designed.iter().all(|one| one.summary.overspent <= 1e-9));
+}
+
 /// The two masses with sensors at a price, those from catalogues of one entry each; the spring from one of its own, or free.
 fn coarse_sensors(spring: &str, price: &str) -> Problem {
     let text = std::fs::read_to_string(common::repository("tasks/two_mass_sensors.toml")).unwrap();

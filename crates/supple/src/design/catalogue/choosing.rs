@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering as Atomic};
 
 use rayon::prelude::*;
+use supple_model::parameters::{CatalogueEntry, Parameter};
 
 use crate::Error;
 use crate::branches::{BranchSearch, best_plan, search_branches};
@@ -12,6 +13,7 @@ use crate::design::{
 };
 use crate::pipeline::TaskState;
 use crate::problem::Problem;
+use crate::violation;
 
 /// Results so far: the outcome of each combination, which is one entry index per catalogue.
 type Known = BTreeMap<Vec<usize>, Result<StartSummary, Error>>;
@@ -62,6 +64,29 @@ impl<'a> Choosing<'a> {
             if distance(above) < distance(below) { [above, below] } else { [below, above] }
         };
         self.places.iter().map(around).collect()
+    }
+
+    /// Whether a combination may be within the budget: what its entries cost together is. Other prices come on top.
+    pub fn is_affordable(&self, entries: &[usize]) -> bool {
+        let Searcher { problem, settings, .. } = self.searcher;
+        let price = |(&place, &entry): (&usize, &usize)| self.price(problem.parameters.get(place), entry);
+        let sum: f64 = self.places.iter().zip(entries).map(price).sum();
+        settings.budget.is_none_or(|budget| violation(sum, budget) <= settings.feasibility)
+    }
+
+    /// The combination of the cheapest entries.
+    pub fn cheapest(&self) -> Vec<usize> {
+        let cheapest = |&place: &usize| {
+            let parameter = self.searcher.problem.parameters.get(place);
+            let price = |entry: &usize| self.price(parameter, *entry);
+            (0..parameter.catalogue.len()).min_by(|a, b| price(a).total_cmp(&price(b))).unwrap_or(0)
+        };
+        self.places.iter().map(cheapest).collect()
+    }
+
+    fn price(&self, parameter: &Parameter, entry: usize) -> f64 {
+        let CatalogueEntry { value, price, .. } = parameter.catalogue[entry];
+        price.or(parameter.price.map(|price| price.at(value))).unwrap_or(0.0)
     }
 
     /// The best combination so far of those that satisfy a condition.

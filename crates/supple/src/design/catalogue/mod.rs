@@ -32,8 +32,8 @@ impl CatalogueDesign {
 
 impl Searcher<'_> {
     /// Chooses from the catalogues of the parameters that have any, given a design that ignored them (theory,
-    /// equation D.7): designs every combination of entries where there are at most as many as the settings allow, and
-    /// otherwise that many, around the best ones. For each combination the other parameters are optimised anew. Without
+    /// equation D.7): designs every combination of entries where there are at most as many as the settings allow, or as many
+    /// whose entries are within the budget, and otherwise that many, around the best ones. For each combination the other parameters are optimised anew. Without
     /// catalogues the design stays as it is.
     ///
     /// # Errors
@@ -84,17 +84,32 @@ impl Searcher<'_> {
     }
 }
 
+/// Up to so many combinations, those within the budget are counted.
+const ENUMERATED: u64 = 1_000_000;
+
 /// Designs combinations according to the settings, and chooses the best.
 fn choose(mut choosing: Choosing) -> Result<CatalogueDesign, Error> {
     let lengths = choosing.lengths();
     let combinations = lengths.iter().fold(1, |count: u64, &length| count.saturating_mul(length as u64));
     let most = choosing.searcher.settings.max_combinations;
-    let (method, complete) = if combinations <= most as u64 {
-        let all = all_combinations(&lengths);
-        choosing.design_all(all, combinations as usize);
-        (CatalogueMethod::AllCombinations, choosing.tried() as u64 == combinations)
-    } else {
-        (CatalogueMethod::Neighbourhood, neighbours::explore(&mut choosing, most))
+    let within_budget = || {
+        let mut all = all_combinations(&lengths);
+        all.retain(|entries| choosing.is_affordable(entries));
+        Some(all).filter(|all| (1..=most).contains(&all.len()))
+    };
+    let all = match combinations {
+        few if few <= most as u64 => Some(all_combinations(&lengths)),
+        // None beyond the budget has to be designed to be excluded.
+        ..=ENUMERATED => within_budget(),
+        _ => None,
+    };
+    let (method, complete) = match all {
+        Some(all) => {
+            let count = all.len();
+            choosing.design_all(all, count);
+            (CatalogueMethod::AllCombinations, choosing.tried() == count)
+        }
+        None => (CatalogueMethod::Neighbourhood, neighbours::explore(&mut choosing, most)),
     };
     choosing.finish(method, complete, combinations)
 }

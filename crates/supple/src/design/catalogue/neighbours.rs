@@ -24,8 +24,17 @@ pub(super) fn explore(choosing: &mut Choosing, most: usize) -> bool {
     let lengths = choosing.lengths();
     let mut explored: BTreeMap<Vec<usize>, Explored> = BTreeMap::new();
     let mut next = corners(&choosing.around());
+    // Where some are within the budget, others need not be designed.
+    let cheapest = choosing.cheapest();
+    let some_are_affordable = choosing.is_affordable(&cheapest);
+    if some_are_affordable && !next.iter().any(|entries| choosing.is_affordable(entries)) {
+        next = vec![cheapest];
+    }
+    let is_wanted = |choosing: &Choosing, entries: &[usize]| {
+        !choosing.is_known(entries) && (!some_are_affordable || choosing.is_affordable(entries))
+    };
     loop {
-        next.retain(|entries| !choosing.is_known(entries));
+        next.retain(|entries| is_wanted(choosing, entries));
         next.truncate(most - choosing.tried());
         choosing.design_all(next, most);
         let unexplored = choosing.best_of(|entries| explored.get(entries) != Some(&Explored::Lines));
@@ -43,7 +52,7 @@ pub(super) fn explore(choosing: &mut Choosing, most: usize) -> bool {
     }
     let best = choosing.best_of(|_| true);
     best.is_some_and(|best| {
-        lines(&best, &lengths).iter().chain(&neighbours(&best, &lengths)).all(|one| choosing.is_known(one))
+        !lines(&best, &lengths).iter().chain(&neighbours(&best, &lengths)).any(|one| is_wanted(choosing, one))
     })
 }
 
