@@ -60,7 +60,9 @@
         const text = value === null && late && long && one.name === "now" ? "takes long" : number(value);
         return make("td", { class: one.dated && late ? "number dated" : "number" }, text, bar(value, most, name));
       })));
-    return table("Information, bits", ["", ...list.map((one) => one.name)], body);
+    const all = D.tasks.length > 1 ? "Information of all tasks, bits" : "Information, bits";
+    const weights = D.tasks.some((task) => task.weight !== 1) ? ", weighted by information_weight" : "";
+    return table(all + weights, ["", ...list.map((one) => one.name)], body);
   }
 
   function costs(list) {
@@ -104,9 +106,14 @@
     const list = designs();
     if (!list.length) return;
     const now = E.now?.numbers;
+    const current = E.details && E.now && E.detailsOf === E.now.id;
     const text = document.getElementById("verdict");
     if (now) {
-      const [kind, said] = verdict(now);
+      let [kind, said] = verdict(now);
+      // What roll-outs say comes later than the other numbers.
+      if (current && E.details.tasks.some((task) => task.broken)) {
+        [kind, said] = ["bad", `${said} But roll-outs contradict the plan: do not use these numbers.`];
+      }
       text.className = kind;
       if (text.textContent !== said) text.textContent = said;
     }
@@ -115,6 +122,12 @@
     if (task?.contacts.length) notes.push(make("p", { class: "note" }, contacts(task)));
     const warnings = now ? [...new Set(now.tasks.flatMap((one) => one.warnings))] : [];
     warnings.forEach((warning) => notes.push(make("p", { class: "warning" }, warning)));
+    if (current) {
+      E.details.tasks.forEach((one, n) => {
+        const of = D.tasks.length > 1 ? ` of ${D.tasks[n].name}` : "";
+        if (one.rollouts) notes.push(make("p", { class: one.broken ? "warning bad" : "warning" }, `Roll-outs${of}: ${one.rollouts}.`));
+      });
+    }
     document.getElementById("tables").replaceChildren(informations(list), ...costs(list), ...notes);
   }
 
@@ -144,7 +157,7 @@
       ? `+1 in cost saves about ${number(price, 3)} bits (shadow price by least squares, exact at an optimum whose only active limit is this one).`
       : "Cost and information can both be reduced here; there is no trade-off.";
     const invalid = details.tasks.some((task) => task.valid === false) ? " The plan is not stationary enough for gradients to hold." : "";
-    place.replaceChildren(table("Change when a parameter increases by 1 %", ["parameter", "bits", "cost"], body),
+    place.replaceChildren(table("Change when a parameter increases by 1 %", ["parameter", D.tasks.length > 1 ? "bits of all tasks" : "bits", D.tasks.length > 1 ? `cost of ${D.tasks[D.task].name}` : "cost"], body),
       make("p", { class: "note" }, said + rest + invalid));
   }
 

@@ -4,6 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 use serde_json::{Value, json};
+use supple::scene::ConnectionKind;
 use supple::simulate::Sample;
 use supple::{ContactCurve, MeasurementReport, QuantityCurve, Scratch, Task, TaskEvaluation, TrajectoryReport};
 use supple_text::printed_unit;
@@ -45,8 +46,10 @@ pub fn quantities(task: &Task, phi: &[f64]) -> Vec<Quantity> {
     let idle = vec![0.0; channels.controls.len()];
     if let Some(seen) = task.system.picture(&first, &idle, phi) {
         for (place, one) in seen.picture.connections.iter().enumerate() {
-            add("force", place, "Forces", &format!("force of {}", one.name), "N");
-            add("torque", place, "Forces", &format!("torque of {}", one.name), "N m");
+            add("force", place, "Forces", &format!("size of the force of {}", one.name), "N");
+            if one.kind != ConnectionKind::Contact {
+                add("torque", place, "Forces", &format!("size of the torque of {}", one.name), "N m");
+            }
         }
     }
     for (place, channel) in channels.states.iter().enumerate() {
@@ -237,9 +240,13 @@ impl Plan<'_> {
         let mut scratch = Scratch::default();
         let points = trajectory.states.iter().zip(&trajectory.controls).enumerate();
         let stage = points.map(|(t, (x, u))| task.system.stage_cost(t, x, u, phi, &mut scratch));
-        let stage: Vec<f64> = stage.collect();
+        let mut stage: Vec<f64> = stage.collect();
         if place == 0 {
             return vec![curve("plan", stage)];
+        }
+        // Sums go up to the end of each step, the last with the final cost.
+        if let (Some(last), Some(end)) = (stage.last_mut(), trajectory.states.last()) {
+            *last += task.system.final_cost(end, phi, &mut scratch);
         }
         vec![curve("plan", sums(&stage)), curve("belief", sums(&belief))]
     }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Value, json};
-use supple::{EvaluateOptions, Matrices, Problem, Task, TaskEvaluation, violation};
+use supple::{EvaluateOptions, Matrices, Problem, Task, TaskEvaluation, Verdict, violation};
 
 use crate::knobs::Turned;
 
@@ -145,13 +145,14 @@ fn task_numbers(task: &TaskEvaluation) -> Value {
     })
 }
 
-/// What takes longer: the information needed, and gradients of all tasks. `controls` warm-start the plans, by
-/// task.
+/// What takes longer: the information needed, gradients of all tasks, and what roll-outs say. `controls` warm-start the
+/// plans, by task.
 ///
 /// # Errors
 /// Where a task cannot be evaluated: why.
 pub fn details(at: Turned, controls: Option<Vec<Matrices>>, stop: &AtomicBool) -> Result<Option<Value>, String> {
-    let options = EvaluateOptions { total_gradient: true, needed: true, controls, ..Default::default() };
+    let rollouts = at.problem.rollouts(None);
+    let options = EvaluateOptions { total_gradient: true, needed: true, rollouts, controls, ..Default::default() };
     let Some(found) = Evaluated::of(at, 0, &options, stop)? else { return Ok(None) };
     let names: Vec<String> = found.problem.parameters.names();
     let bits = |nats: f64| nats / std::f64::consts::LN_2;
@@ -168,6 +169,8 @@ pub fn details(at: Turned, controls: Option<Vec<Matrices>>, stop: &AtomicBool) -
                 "needed_cost": task.information.needed.as_ref().map(|needed| needed.cost),
                 "needed_takes_long": task.information.needed_takes_long,
                 "valid": total.map(|total| total.valid),
+                "rollouts": task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds).map(ToString::to_string),
+                "broken": task.is_broken(),
                 "information_slopes": slopes(|total| &total.information_nats, bits(1.0)),
                 "cost_slopes": slopes(|total| &total.expected_cost, 1.0),
             })

@@ -15,8 +15,7 @@ use crate::dense::{dense, eigen, eigenvalues, svd};
 const SINGULAR: f64 = 1e-13;
 
 /// The data-rate theorem: `sum log |lambda|` over the eigenvalues of `A` outside the unit circle (theory, equation
-/// L.20), nats per step. No controller that keeps the state bounded can use less. The possible rounding error of each
-/// eigenvalue is subtracted.
+/// L.20), nats per step. No controller that keeps the state bounded can use less. Possible rounding errors are subtracted.
 ///
 /// `dynamics`: one matrix, n x n.
 ///
@@ -35,9 +34,14 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     let mut balanced = a;
     balance_parlett_reinsch(&mut balanced);
     let values = eigenvalues(&balanced).ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
-    let outside = values.iter().filter(|value| value.norm() > 1.0);
-    // An empty sum is -0.
-    Ok(outside.map(|value| math::ln(value.norm() - blur(&balanced, *value)).max(0.0)).sum::<f64>() + 0.0)
+    let known: Vec<(f64, f64)> = values.iter().map(|value| (value.norm(), blur(&balanced, *value))).collect();
+    let outside = known.iter().filter(|(size, _)| *size > 1.0);
+    let one_by_one: f64 = outside.map(|(size, blur)| math::ln(size - blur).max(0.0)).sum();
+    // The determinant less the eigenvalues that are inside: rounding moves several equal eigenvalues much, and their product
+    // little.
+    let (log, error) = log_determinant(&balanced);
+    let inside: f64 = known.iter().map(|(size, blur)| math::ln(size + blur).min(0.0)).sum();
+    Ok([log - error - inside, 0.0].into_iter().fold(one_by_one, f64::max))
 }
 
 /// An upper estimate of the rounding error of an eigenvalue: its condition number times the rounding of the matrix.
@@ -151,7 +155,7 @@ impl std::fmt::Display for Vacuous {
 #[must_use]
 pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
     let n = stationary.dynamics.rows() as f64;
-    let own = 2.0 / n * log_determinant(&dense(&stationary.dynamics, 0));
+    let own = 2.0 / n * log_determinant(&dense(&stationary.dynamics, 0)).0;
     let noise = log_determinant_semidefinite(&dense(&stationary.process, 0));
     let price = log_determinant_semidefinite(&dense(&stationary.price, 0));
     let (Some(noise), Some(price)) = (noise, price) else {
@@ -181,11 +185,14 @@ pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
     bits + sent.map(|&rank| loss * rank as f64 + 1.0).sum::<f64>()
 }
 
-/// `log |det A|`: minus infinity if `A` is singular. Rows and columns are balanced to avoid overflow.
-fn log_determinant(matrix: &DMatrix<f64>) -> f64 {
+/// `log |det A|`, minus infinity if `A` is singular, and by how much rounding may have changed it. Rows and columns are
+/// balanced to avoid overflow.
+fn log_determinant(matrix: &DMatrix<f64>) -> (f64, f64) {
     let mut balanced = matrix.clone();
     balance_parlett_reinsch(&mut balanced);
-    svd(&balanced).values.iter().map(|value| math::ln(*value)).sum()
+    let values = svd(&balanced).values;
+    let rounding = 10.0 * matrix.nrows() as f64 * f64::EPSILON * values.iter().copied().fold(0.0, f64::max);
+    (values.iter().map(|value| math::ln(*value)).sum(), values.iter().map(|value| rounding / value).sum())
 }
 
 /// `log det` of a positive semidefinite matrix; `None` if it is singular, whatever the units of its rows.
@@ -202,4 +209,28 @@ fn log_determinant_semidefinite(matrix: &DMatrix<f64>) -> Option<f64> {
         values.iter().map(|value| math::ln(*value)).sum::<f64>()
             + 2.0 * scale.iter().map(|scale| math::ln(*scale)).sum::<f64>()
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::constant;
+
+    /// Eigenvalues that rounding splits by the root of its size counted as nothing.
+    #[test]
+    fn repeated_unstable_eigenvalues_count() {
+        let floor = |dynamics: &Matrices| data_rate_floor(dynamics).unwrap();
+        assert!((floor(&constant(&[[4.0, 1.0], [0.0, 4.0]])) - 16f64.ln()).abs() < 1e-12);
+        assert!((floor(&constant(&[[3.0, -2.25], [1.0, 0.0]])) - 2.25f64.ln()).abs() < 1e-12);
+        assert!((floor(&constant(&[[4.0, 1.0], [0.0, 4.0 * (1.0 + 1e-14)]])) - 16f64.ln()).abs() < 1e-12);
+        // Beside eigenvalues inside, of which one is 0.
+        let mixed = constant(&[[4.0, 1.0, 0.3], [0.0, 4.0, 0.2], [0.0, 0.0, 0.5]]);
+        assert!((floor(&mixed) - 16f64.ln()).abs() < 1e-12);
+        let singular = constant(&[[1.5, 0.0, 0.3], [0.0, 0.7, 0.2], [0.0, 0.0, 0.0]]);
+        assert!((floor(&singular) - 1.5f64.ln()).abs() < 1e-12);
+        // Chains of integrators have none.
+        assert_eq!(floor(&constant(&[[1.0, 0.1], [0.0, 1.0]])), 0.0);
+        assert_eq!(floor(&constant(&[[1.0, 0.1, 0.005], [0.0, 1.0, 0.1], [0.0, 0.0, 1.0]])), 0.0);
+    }
 }

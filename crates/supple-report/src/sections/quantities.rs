@@ -207,10 +207,20 @@ fn of_pictures(runs: &[Run], plots: &mut Plots) -> Vec<View> {
         };
         let acts = |rows: &[[f64; 3]]| rows.iter().any(|row| norm(row) > 0.0);
         if acts(&connection.force.0) {
-            views.push(of_picture(runs, &labelled(&format!("force of {}", connection.name), "N"), force, plots));
+            views.push(of_picture(
+                runs,
+                &labelled(&format!("size of the force of {}", connection.name), "N"),
+                force,
+                plots,
+            ));
         }
         if acts(&connection.torque.0) {
-            views.push(of_picture(runs, &labelled(&format!("torque of {}", connection.name), "N m"), torque, plots));
+            views.push(of_picture(
+                runs,
+                &labelled(&format!("size of the torque of {}", connection.name), "N m"),
+                torque,
+                plots,
+            ));
         }
     }
     for (index, point) in first.beliefs.iter().enumerate() {
