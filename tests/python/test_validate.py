@@ -137,6 +137,30 @@ def test_designs_have_a_start_and_an_optimum(tmp_path: Path) -> None:
     assert "ends well" in repr(again) and "<table" in again._repr_html_()
 
 
+def test_flags_of_mjcf_switch_gravity_off(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(
+        """<mujoco><option gravity="0 0 -9.81"><flag gravity="disable"/></option><worldbody><body name="a">
+        <joint name="ja" type="hinge" axis="0 1 0" damping="0.4" armature="0.02"/>
+        <inertial pos="0.1 0 0" mass="1" diaginertia="0.004 0.005 0.006"/></body></worldbody>
+        <actuator><motor name="ma" joint="ja"/></actuator></mujoco>"""
+    )
+    text = """
+        model = { kind = "robot", file = "arm.xml", sensors = [{ kind = "joint_position", variance = 1e-6 }] }
+        [[tasks]]
+        name = "swing"
+        steps = 50
+        time_step = 0.01
+        noise = { initial = [1e-6, 1e-6], process = [0.0, 1e-6] }
+        costs = [
+            { kind = "joint_position", target = [0.5], weight = 1.0, final_weight = 100.0 },
+            { kind = "control", weight = 1e-2 },
+        ]
+    """
+    found = supple.mujoco.validate(supple.loads(text, str(tmp_path / "task.toml")), 20).tasks["swing"]
+    assert not found.broken
+    assert found.mujoco.cost_mean == pytest.approx(found.supple.cost_mean, rel=0.02)
+
+
 def test_the_command_writes_what_the_function_finds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = supple.load("tasks/elastic_elbow.toml").evaluate().save(tmp_path / "kept")
     words = ["validate", str(folder), "--rollouts", "10", "--contact", "mujoco", "--vary", "mass=1.1", "--seed", "2"]

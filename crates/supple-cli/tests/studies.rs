@@ -59,7 +59,8 @@ fn pareto_prints_a_page_and_keeps_a_result() {
     let (code, text) = page.quiet();
     assert_eq!(code, Some(0));
     assert!(
-        text.contains("4 of 4 points are optima; 2 starts, seed 0.") && text.contains("The cost limit of press is"),
+        text.contains("4 of 4 points are local optima; 2 starts, seed 0.")
+            && text.contains("The cost limit of press is"),
         "{text}"
     );
     let json = folder.run(&[&arguments[..], &["--json"]].concat()).json(0);

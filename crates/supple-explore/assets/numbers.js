@@ -26,7 +26,8 @@
     const text = limited.map((task) => {
       if (Math.abs(task.excess) <= D.feasibility) return `cost${of(task)} is at its limit ${number(task.bound)}`;
       const way = task.excess > 0 ? "above" : "below";
-      return `cost${of(task)} ${number(task.expected)} is ${percent(task.excess)} ${way} its limit ${number(task.bound)}`;
+      const by = task.bound === 0 ? "" : `${percent(task.excess)} `;
+      return `cost${of(task)} ${number(task.expected)} is ${by}${way} its limit ${number(task.bound)}`;
     }).join("; ");
     if (numbers.feasible) return ["good", text ? `Feasible: ${text}.` : "Feasible: there is no cost limit."];
     const budget = numbers.budget !== null && numbers.price > numbers.budget ? ` The price ${number(numbers.price)} exceeds the budget ${number(numbers.budget)}.` : "";

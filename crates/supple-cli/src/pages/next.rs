@@ -1,6 +1,7 @@
 //! What to try next: one line at the end of a page.
 
 use supple::design::DesignStatus;
+use supple::parameters::Role;
 use supple::plan::PlanStatus;
 use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation};
 use supple_study::About;
@@ -71,8 +72,11 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     let more = if worse > 0 { "other starts found worse optima" } else { "a single start may find a local optimum" };
                     format!("more starts, `--starts {}`: {more}", more_starts(report))
                 }
-                _ => "`supple robustness` shows how the design performs under other noise levels, `supple export` writes its controller"
-                    .to_owned(),
+                _ if about.parameters.iter().any(|parameter| parameter.role == Role::Study) => {
+                    "`supple robustness` shows how the design performs under other noise levels, `supple export` writes its controller"
+                        .to_owned()
+                }
+                _ => "`supple export` writes its controller".to_owned(),
             }
         }),
     };

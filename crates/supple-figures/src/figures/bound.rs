@@ -95,6 +95,14 @@ fn of_curve(index: usize, one: &Shown, series: &mut Vec<Series>) {
     }
     let y: Vec<f64> = one.curve.points.iter().map(|point| point.minimum_bits_per_step).collect();
     series.push(Series::named(one.label("minimum"), style, Shape::Line { x, y }));
+    // No bound of these points is proved, or none close by.
+    let open: Vec<_> = one.curve.points.iter().filter(|point| point.error.is_some()).collect();
+    if !open.is_empty() {
+        let x = open.iter().map(|point| one.excess(point.cost)).collect();
+        let y = open.iter().map(|point| point.minimum_bits_per_step).collect();
+        let style = Style { filled: false, ..style.marked(Marker::of_set(index)) };
+        series.push(Series::named(one.label("not certified"), style, Shape::Points { x, y }));
+    }
     let Some(own) = one.task.own_cost.map(|cost| one.excess(cost)).filter(|own| *own > 0.0) else { return };
     let designs = [
         ("DI(x → u) of the design", one.task.control_bits_per_step, Marker::of_set(0), Colour::Black),

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use serde_json::json;
 use supple::bound::TaskBound;
-use supple_study::bound::Curve;
+use supple_study::bound::{Curve, CurvePoint};
 
 use super::Context;
 use crate::html::{table, words};
@@ -54,14 +54,19 @@ fn bounds(task: &TaskBound, name: &str) -> Markup {
         p {
             "Cost limit: " (number(task.cost)) "; minimum cost, with the state known exactly: "
             (number(task.minimum_cost)) ". "
-            "The minimum is certified to " (number(task.duality_gap_bits)) " bits per step"
+            @match (&task.not_proved, task.not_certified()) {
+                (None, None) => { "The minimum is certified to " (number(task.duality_gap_bits)) " bits per step. " }
+                (None, Some(reason)) => { "The minimum is not certified: " (reason) ". " }
+                (Some(reason), _) => { "The minimum has no proved lower bound: " (reason) ". " }
+            }
             @if let Some(efficiency) = task.efficiency {
-                ", and is " (share(efficiency)) " of the information that this design measures"
+                "It is " (share(efficiency)) " of the information that this design measures"
+                @if let Some(efficiency) = task.control_efficiency {
+                    " and " (share(efficiency)) " of the information that its controller uses"
+                }
+                ". "
             }
-            @if let Some(efficiency) = task.control_efficiency {
-                " and " (share(efficiency)) " of the information that its controller uses"
-            }
-            ". Prefix-free codes with scalar quantisers require at most "
+            "Prefix-free codes with scalar quantisers require at most "
             (number(task.quantiser_bits_per_step)) " bits per step."
         }
         @if !task.remarks.is_empty() { ul { @for remark in &task.remarks { li { (remark) } } } }
@@ -126,11 +131,22 @@ fn over_cost(task: &TaskBound, curve: &Curve, name: &str, plots: &mut Plots) -> 
     let text: Vec<String> = curve
         .points
         .iter()
-        .map(|point| format!("cost {}\n{} bits per step", number(point.cost), number(point.minimum_bits_per_step)))
+        .map(|point| {
+            let doubt = point.error.as_ref().map_or_else(String::new, |error| format!("\n{error}"));
+            format!("cost {}\n{} bits per step{doubt}", number(point.cost), number(point.minimum_bits_per_step))
+        })
         .collect();
+    let symbol = |point: &CurvePoint| if point.error.is_some() { "circle-open" } else { "circle" };
+    let symbols: Vec<&str> = curve.points.iter().map(symbol).collect();
+    let open = if curve.points.iter().any(|point| point.error.is_some()) {
+        " Open points are not certified: their cursor's text says why."
+    } else {
+        ""
+    };
     let mut traces = vec![json!({
         "type": "scatter", "mode": "lines+markers", "name": "minimum", "x": plots.arrays.exact(&excess),
         "y": plots.arrays.exact(&bits), "text": text, "hoverinfo": "text", "line": line(0),
+        "marker": { "symbol": symbols },
     })];
     let own = task.own_cost.map(|cost| cost - task.minimum_cost);
     let designs = [("DI(x → u)", task.control_bits_per_step), ("DI(x → y)", task.measurement_bits_per_step)];
@@ -152,7 +168,7 @@ fn over_cost(task: &TaskBound, curve: &Curve, name: &str, plots: &mut Plots) -> 
             end(bits.last()),
             end(excess.last())
         ),
-        caption: format!("The minimum cost, with the state known exactly, is {}.", number(task.minimum_cost)),
+        caption: format!("The minimum cost, with the state known exactly, is {}.{open}", number(task.minimum_cost)),
         height: 420,
         traces,
         layout: json!({

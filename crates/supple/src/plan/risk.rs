@@ -42,10 +42,14 @@ pub(crate) fn plan_risk(
             for _ in 0..BISECTIONS {
                 let between = 0.5 * (works + fails);
                 *plan = nominal.clone();
-                let worked = search(between, plan)?.is_ok();
+                let worked = search(between, plan)?.is_ok() && plan.status.is_converged();
                 *(if worked { &mut works } else { &mut fails }) = between;
             }
-            let largest = if works > 0.0 { format!("; the largest valid value is {works:.4e}") } else { String::new() };
+            // Rounded down: what is told works.
+            let largest = match (works > 0.0).then(|| rounded_down(works)) {
+                Some(works) => format!("; values up to {works} are valid"),
+                None => String::new(),
+            };
             Err(Error::Planning {
                 plan: "risk",
                 problem: format!(
@@ -56,6 +60,18 @@ pub(crate) fn plan_risk(
             })
         }
     }
+}
+
+/// A positive number with three significant digits, not above it.
+fn rounded_down(number: f64) -> f64 {
+    let text = format!("{number:.2e}");
+    let rounded: f64 = text.parse().unwrap_or(number);
+    if rounded <= number {
+        return rounded;
+    }
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let below = digits.parse::<f64>().map_or(number, |digits| digits - 0.01);
+    format!("{below:.2}e{exponent}").parse().unwrap_or(number)
 }
 
 /// The search for one sensitivity. Its merit is the residual of the law's equations: the risk-sensitive cost itself is not

@@ -290,7 +290,7 @@ impl Reading<'_> {
         let name = self.one(place, "name", keys)?;
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
         if name.is_empty() || name.len() > 64 || !name.chars().all(plain) {
-            let message = format!("must be of letters, digits, `_` and `-`, at most 64; found `{name}`");
+            let message = format!("must be of letters from a to z, digits, `_` and `-`, at most 64; found `{name}`");
             return Err(self.error(place, "name", message));
         }
         Ok(name)

@@ -70,7 +70,7 @@ fn wrong_files_are_errors_with_their_line() {
             "steps[1].name: the name `landscape` occurs twice; names must be unique",
             None,
         ),
-        ("name = \"best\"", "name = \"../best\"", 12, "steps[1].name: must be of letters", None),
+        ("name = \"best\"", "name = \"../best\"", 12, "steps[1].name: must be of letters from a to z", None),
         (
             "name = \"best\"",
             "name = \"figures\"",
