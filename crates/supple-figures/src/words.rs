@@ -72,7 +72,7 @@ mod tests {
         assert_eq!((name("k1").as_str(), name("wall_variance").as_str()), ("k₁", "wall variance"));
         assert_eq!((name("joint1").as_str(), name("xw").as_str(), name("12").as_str()), ("joint1", "xw", "12"));
         assert_eq!(label("variance", "m^2/s^2", 0), "variance (m²/s²)");
-        assert_eq!(label("k₁", "N/m", 3), "k₁ (10³ N/m)");
+        assert_eq!(label("k₁", "N/m", 3), "k₁ (10³\u{a0}N/m)");
         assert_eq!((label("", "", 0).as_str(), label("time", "s", 0).as_str()), ("", "time (s)"));
         assert_eq!((fixed(-1.5, 1).as_str(), fixed(-0.001, 1).as_str()), ("−1.5", "0.0"));
         let shown = [0.0, 250.0, 0.05, 99_950.0, 1e-4, -2.5e-7, 135.912].map(typeset);

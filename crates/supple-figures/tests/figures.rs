@@ -110,21 +110,21 @@ fn motion_shows_poses_and_forces() {
 }
 
 #[test]
-fn more_than_six_states_are_reduced_to_those_that_move_most() {
+fn more_than_twelve_states_are_reduced_to_those_that_move_or_are_learnt_most() {
     let mut folder = evaluate();
     let StudyResult::Evaluate(report) = &mut folder.result else { panic!() };
     let trajectory = report.evaluation.tasks[0].trajectory.as_mut().unwrap();
     let sample = &mut trajectory.sample;
     let tables = [&mut trajectory.states, &mut trajectory.deviations, &mut sample.states, &mut sample.estimates];
-    trajectory.feedback.iter_mut().flatten().for_each(|row| row.extend([0.0, 0.0, 0.0]));
-    // Three states more that rest.
-    tables.into_iter().chain([&mut sample.deviations]).flatten().for_each(|row| row.extend([1.0, 1.0, 1.0]));
-    trajectory.state_names.extend(["a", "b", "c"].map(String::from));
-    trajectory.state_units.extend([const { String::new() }; 3]);
+    trajectory.feedback.iter_mut().flatten().for_each(|row| row.extend([0.0; 9]));
+    // Nine states more that rest.
+    tables.into_iter().chain([&mut sample.deviations]).flatten().for_each(|row| row.extend([1.0; 9]));
+    trajectory.state_names.extend(["a", "b", "c", "d", "e", "f", "g", "h", "i"].map(String::from));
+    trajectory.state_units.extend([const { String::new() }; 9]);
     let belief = figure(Kind::Belief, &[folder]);
     let shown: Vec<&str> = belief.panels.iter().map(|panel| panel.y.label.as_str()).collect();
-    assert_eq!(shown.len(), 6);
-    assert_eq!(shown[5], "a", "the first of those that rest comes last: {shown:?}");
+    assert_eq!(shown[5..], ["a", "b", "c", "d", "e", "f", "g"], "{shown:?}");
+    assert!(belief.title.contains("(12 of 14)"), "{}", belief.title);
 }
 
 #[test]
