@@ -23,6 +23,13 @@ pub fn of_design(split: &[Split]) -> String {
             of.total_bits,
             shown.join(", ")
         );
+        if of.jumps_bits.abs() > 1e-2 * of.total_bits.abs() {
+            let _ = writeln!(
+                text,
+                "Its plans at start and optimum are different local minima, so that its cost does not change by the parameters \
+                 alone: `supple evaluate --branches 24` may find a cheaper plan at the start."
+            );
+        }
     }
     if !text.is_empty() {
         text.push('\n');

@@ -41,7 +41,12 @@ pub fn draw(canvas: &mut Canvas, series: &Series, frame: &Frame) {
         Shape::Line { x, y } => {
             let places = frame.places(x, y);
             line(canvas, std::slice::from_ref(&places), style);
-            markers(canvas, &places, style);
+            // A line of one point, as of a task of one step, is a marker.
+            let style = match (places.len(), style.marker) {
+                (1, None) => style.marked(Marker::of_set(0)),
+                _ => *style,
+            };
+            markers(canvas, &places, &style);
         }
         Shape::Points { x, y } => {
             let inside = |(x, y): &Place| {

@@ -126,7 +126,7 @@ impl View<'_> {
         let at = |index: usize| cells.iter().map(|(_, cell)| cell.quantiles[index]).collect();
         let x = cells.iter().map(|(x, _)| *x).collect();
         let style = Style::area(Style::of_set(design).colour, 0.14);
-        Series::plain(style, Shape::Band { x, low: at(0), high: at(4) })
+        Series::named("5 to 95 % of runs", style, Shape::Band { x, low: at(0), high: at(4) })
     }
 
     fn means(&self, design: usize, planned: PlannedFor) -> [Series; 2] {

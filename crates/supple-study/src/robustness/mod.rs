@@ -306,8 +306,14 @@ fn check(task: &LoadedTask, options: &RobustnessOptions) -> Result<usize, StudyE
     let varied = parameters.index(name)?;
     let wrong = |message: String| Err(StudyError::Usage(message));
     if parameters.get(varied).role == Role::Design {
+        let others = parameters.iter().filter(|one| one.role == Role::Study).map(|one| one.name.as_str());
+        let others: Vec<&str> = others.collect();
+        let valid = match others.is_empty() {
+            true => "the task has none: declare one, such as the variance of a noise".to_owned(),
+            false => supple_text::quoted(&others),
+        };
         return wrong(format!(
-            "`{name}` is a design parameter and differs between designs; vary a parameter with role = \"study\""
+            "`{name}` is a design parameter and differs between designs; vary a parameter with role = \"study\" ({valid})"
         ));
     }
     let mut phi = task.phi.clone();
