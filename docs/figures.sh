@@ -5,7 +5,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
-cargo run --release --features figures -- study studies/paper.toml --out "$out"
+# 1: roll-outs contradict the paper's door, as the page says.
+cargo run --release --features figures -- study studies/paper.toml --out "$out" || [ $? = 1 ]
 mkdir -p docs/images/paper docs/images/bounds
 cp "$out"/figures/*.svg docs/images/paper/
 cargo run --release --features figures -- bound tasks/tanaka_plant.toml --stationary --cost 40 --curve=40 --out "$out/plant"

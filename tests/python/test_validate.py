@@ -148,12 +148,12 @@ def test_flags_of_mjcf_switch_gravity_off(tmp_path: Path) -> None:
         model = { kind = "robot", file = "arm.xml", sensors = [{ kind = "joint_position", variance = 1e-6 }] }
         [[tasks]]
         name = "swing"
-        steps = 50
-        time_step = 0.01
+        steps = 200
+        time_step = 0.002
         noise = { initial = [1e-6, 1e-6], process = [0.0, 1e-6] }
         costs = [
             { kind = "joint_position", target = [0.5], weight = 1.0, final_weight = 100.0 },
-            { kind = "control", weight = 1e-2 },
+            { kind = "control", weight = 1.0 },
         ]
     """
     found = supple.mujoco.validate(supple.loads(text, str(tmp_path / "task.toml")), 20).tasks["swing"]
