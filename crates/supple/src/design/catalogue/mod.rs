@@ -32,9 +32,9 @@ impl CatalogueDesign {
 
 impl Searcher<'_> {
     /// Chooses from the catalogues of the parameters that have any, given a design that ignored them (theory,
-    /// equation D.7): designs every combination of entries where there are at most as many as the settings allow, or as many
-    /// whose entries are within the budget, and otherwise that many, around the best ones. For each combination the other parameters are optimised anew. Without
-    /// catalogues the design stays as it is.
+    /// equation D.7): designs every combination of entries where there are at most as many as the settings allow, or as
+    /// many whose entries are within the budget, and otherwise that many, around the best ones. For each combination the
+    /// other parameters are optimised anew. Without catalogues the design stays as it is.
     ///
     /// # Errors
     /// Where no combination can be evaluated.
