@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use supple::{EvaluateOptions, Matrices};
+use supple::{EvaluateOptions, Matrices, Problem};
 use supple_report::scene::Stage;
 use supple_study::{About, LoadedTask};
 
@@ -220,17 +220,24 @@ impl Worker<'_> {
         self.stop.load(Ordering::Relaxed)
     }
 
+    /// Has plans start also from those of the last search.
+    fn inform(&self, problem: &mut Problem) {
+        for (task, controls) in problem.tasks.iter_mut().zip(&*lock(&self.session.known)) {
+            task.known_controls = (controls.count() == task.steps).then(|| controls.clone());
+        }
+    }
+
     /// The task, whose plans start also from those of the last search.
     fn loaded(&self) -> LoadedTask {
         let mut loaded = self.shown.loaded.clone();
-        for (task, controls) in loaded.problem.tasks.iter_mut().zip(&*lock(&self.session.known)) {
-            task.known_controls = (controls.count() == task.steps).then(|| controls.clone());
-        }
+        self.inform(&mut loaded.problem);
         loaded
     }
 
     fn turned(&self, values: &[f64]) -> Result<Turned, String> {
-        turned(&self.loaded(), &self.shown.knobs, values)
+        let mut turned = turned(&self.shown.loaded, &self.shown.knobs, values)?;
+        self.inform(&mut turned.problem);
+        Ok(turned)
     }
 
     /// An answer, with what it answers.

@@ -38,10 +38,12 @@ fn asked(about: &About, study: &Sensors) -> String {
     limits.extend(options.count.map(|count| format!("a count of {count}")));
     let within = if limits.is_empty() { String::new() } else { format!(" within {}", limits.join(" and ")) };
     let from = if study.catalogue { "the catalogue" } else { "the task's own measurements" };
-    let mut tasks =
-        if study.tasks.len() > 1 { format!(", all of {} together", study.tasks.join(", ")) } else { String::new() };
-    if study.tasks.len() > 1 && about.tasks.iter().any(|task| task.information_weight != 1.0) {
-        tasks.push_str(", their bits weighted by `information_weight`");
+    let mut tasks = String::new();
+    if study.tasks.len() > 1 {
+        let _ = write!(tasks, ", all of {} together", study.tasks.join(", "));
+        if about.tasks.iter().any(|task| task.information_weight != 1.0) {
+            tasks.push_str(", their bits weighted by `information_weight`");
+        }
     }
     format!("{what}{within}, from {from}{tasks}:\n\n")
 }

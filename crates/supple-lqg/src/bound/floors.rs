@@ -31,8 +31,7 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     if a.iter().any(|entry| !entry.is_finite()) {
         return Err(Error::NotFinite { what: "the dynamics", step: 0 });
     }
-    let mut balanced = a;
-    balance_parlett_reinsch(&mut balanced);
+    let balanced = balanced(a);
     let values = eigenvalues(&balanced).ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
     let known: Vec<(f64, f64)> = values.iter().map(|value| (value.norm(), blur(&balanced, *value))).collect();
     let outside = known.iter().filter(|(size, _)| *size > 1.0);
@@ -41,7 +40,8 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     // little.
     let (log, error) = log_determinant(&balanced);
     let inside: f64 = known.iter().map(|(size, blur)| math::ln(size + blur).min(0.0)).sum();
-    Ok([log - error - inside, 0.0].into_iter().fold(one_by_one, f64::max))
+    // An empty sum is -0.
+    Ok([log - error - inside, 0.0].into_iter().fold(one_by_one, f64::max) + 0.0)
 }
 
 /// An upper estimate of the rounding error of an eigenvalue: its condition number times the rounding of the matrix.
@@ -155,7 +155,7 @@ impl std::fmt::Display for Vacuous {
 #[must_use]
 pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
     let n = stationary.dynamics.rows() as f64;
-    let own = 2.0 / n * log_determinant(&dense(&stationary.dynamics, 0)).0;
+    let own = 2.0 / n * log_determinant(&balanced(dense(&stationary.dynamics, 0))).0;
     let noise = log_determinant_semidefinite(&dense(&stationary.process, 0));
     let price = log_determinant_semidefinite(&dense(&stationary.price, 0));
     let (Some(noise), Some(price)) = (noise, price) else {
@@ -185,12 +185,15 @@ pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
     bits + sent.map(|&rank| loss * rank as f64 + 1.0).sum::<f64>()
 }
 
-/// `log |det A|`, minus infinity if `A` is singular, and by how much rounding may have changed it. Rows and columns are
-/// balanced to avoid overflow.
+/// A matrix with its rows and columns scaled so that they are of similar length; eigenvalues and determinant stay.
+fn balanced(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
+    balance_parlett_reinsch(&mut matrix);
+    matrix
+}
+
+/// `log |det A|` of a balanced matrix, minus infinity if it is singular, and by how much rounding may have changed it.
 fn log_determinant(matrix: &DMatrix<f64>) -> (f64, f64) {
-    let mut balanced = matrix.clone();
-    balance_parlett_reinsch(&mut balanced);
-    let values = svd(&balanced).values;
+    let values = svd(matrix).values;
     let rounding = 10.0 * matrix.nrows() as f64 * f64::EPSILON * values.iter().copied().fold(0.0, f64::max);
     (values.iter().map(|value| math::ln(*value)).sum(), values.iter().map(|value| rounding / value).sum())
 }

@@ -122,33 +122,23 @@ pub(super) fn constraints(
         };
         Entry { auxiliary: -1.0, ..Entry::new(units.scale(1.0 + aim.violation(first)), of) }
     };
-    let excess = |(task, bound): (usize, f64)| {
+    let excess = |limited: Limited, bound: f64| {
         Entry::new(units.scale(bound), move |_, visit| {
-            let at = &visit.tasks[task];
-            (at.cost - at.bound.unwrap_or(f64::INFINITY), at.excess_gradient())
+            let found = limited
+                .cost(visit)
+                .map(|(at, cost, gradient)| (cost - at.bound.unwrap_or(f64::INFINITY), at.less_bound(gradient, 1.0)));
+            found.unwrap_or_else(|| (f64::NEG_INFINITY, vec![0.0; visit.phi.len()]))
         })
     };
-    let cost = |of: (usize, f64)| {
-        let limited = Limited::Cost(of.0);
-        match aim {
-            Aim::Information { .. } => Some((limited, excess(of))),
-            Aim::Cost => Some((limited, ratio(limited))),
-            Aim::UnmeasuredCost => None,
-        }
+    let entry = |limited: Limited, bound: f64| {
+        (limited, if has_auxiliary(aim) { ratio(limited) } else { excess(limited, bound) })
     };
+    let measured = bounded().filter(|_| aim != Aim::UnmeasuredCost);
     let budget = settings.budget.map(|budget| {
         let of = move |_: &Problem, visit: &Visit| (visit.price.total - budget, visit.price.gradient.clone());
         (Limited::Price, Entry::new(units.scale(budget), of))
     });
-    let blind = |(task, bound): (usize, f64)| {
-        let of = move |_: &Problem, visit: &Visit| {
-            let at = &visit.tasks[task];
-            let cost = at.unmeasured.as_ref().map_or(f64::NEG_INFINITY, |(cost, _)| *cost);
-            let gradient = at.unmeasured_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
-            (cost - at.bound.unwrap_or(f64::INFINITY), gradient)
-        };
-        let limited = Limited::Unmeasured(task);
-        (limited, if has_auxiliary(aim) { ratio(limited) } else { Entry::new(units.scale(bound), of) })
-    };
-    bounded().filter_map(cost).chain(budget).chain(unmeasured.map(blind)).collect()
+    let costs = measured.map(|(task, bound)| entry(Limited::Cost(task), bound));
+    let blind = unmeasured.map(|(task, bound)| entry(Limited::Unmeasured(task), bound));
+    costs.chain(budget).chain(blind).collect()
 }

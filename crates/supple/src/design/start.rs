@@ -68,9 +68,10 @@ impl Searcher<'_> {
             let ((missed, passed, value), (best_missed, best_passed, least)) = (rank(start), rank(&starts[best]));
             (missed, passed) == (best_missed, best_passed) && value - least <= ALIKE * least.abs().max(1e-3)
         };
-        let is_known = |start: &&StartSummary| start.status == DesignStatus::Converged && alike(start);
-        let known = starts.get(best).filter(|best| best.status != DesignStatus::Converged);
-        let best = known.and_then(|_| starts.iter().position(|start| is_known(&start))).unwrap_or(best);
+        let is_known = |index: &usize| {
+            starts.get(*index).is_some_and(|start| start.status == DesignStatus::Converged && alike(start))
+        };
+        let best = std::iter::once(best).chain(0..starts.len()).find(is_known).unwrap_or(best);
         let failed = starts.get(best).filter(|summary| summary.controls.is_empty());
         if let Some(error) = failed.and_then(|summary| summary.error.clone()) {
             return Err(error);

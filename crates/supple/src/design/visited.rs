@@ -159,17 +159,8 @@ impl TaskVisit {
         self.bound.zip(self.unmeasured.as_ref()).map(|(bound, (cost, _))| violation(*cost, bound))
     }
 
-    /// The gradient of `J - D` by all parameters.
-    pub fn excess_gradient(&self) -> Vec<f64> {
-        self.less_bound(&self.cost_gradient, 1.0)
-    }
-
-    /// The gradient of the cost without measurements minus the bound, if it must stay within the bound.
-    pub fn unmeasured_gradient(&self) -> Option<Vec<f64>> {
-        self.unmeasured.as_ref().map(|(_, gradient)| self.less_bound(gradient, 1.0))
-    }
-
-    fn less_bound(&self, gradient: &[f64], share: f64) -> Vec<f64> {
+    /// The gradient of a cost less this share of the bound, from the gradient of the cost.
+    pub fn less_bound(&self, gradient: &[f64], share: f64) -> Vec<f64> {
         let mut gradient = gradient.to_vec();
         // A bound that depends on parameters changes with them.
         for &(parameter, slope) in &self.bound_slopes {

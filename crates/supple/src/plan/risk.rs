@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use supple_kernels::{Matrices, Scratch};
+use supple_kernels::{Matrices, Scratch, math};
 use supple_lqg::risk::{Failure, Found, Given, belief_alone, price, solve};
 use supple_lqg::{Belief, Noise, kalman};
 use supple_model::system::{Curvature, RollOut};
@@ -64,14 +64,8 @@ pub(crate) fn plan_risk(
 
 /// A positive number with three significant digits, not above it.
 fn rounded_down(number: f64) -> f64 {
-    let text = format!("{number:.2e}");
-    let rounded: f64 = text.parse().unwrap_or(number);
-    if rounded <= number {
-        return rounded;
-    }
-    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let below = digits.parse::<f64>().map_or(number, |digits| digits - 0.01);
-    format!("{below:.2}e{exponent}").parse().unwrap_or(number)
+    let unit = 10f64.powi((math::ln(number) / std::f64::consts::LN_10).floor() as i32 - 2);
+    format!("{:.2e}", (number / unit).floor() * unit).parse().unwrap_or(number)
 }
 
 /// The search for one sensitivity. Its merit is the residual of the law's equations: the risk-sensitive cost itself is not

@@ -91,7 +91,8 @@ impl<'a> Choosing<'a> {
 
     /// The best combination so far of those that satisfy a condition.
     pub fn best_of(&self, is_asked_for: impl Fn(&Vec<usize>) -> bool) -> Option<Vec<usize>> {
-        self.ranked().into_iter().map(|(entries, _)| entries).find(|entries| is_asked_for(entries)).cloned()
+        let found = self.designed().filter(|(entries, _)| is_asked_for(entries));
+        found.min_by(|(_, a), (_, b)| self.compare(a, b)).map(|(entries, _)| entries.clone())
     }
 
     /// How many combinations were tried.
@@ -170,11 +171,18 @@ impl<'a> Choosing<'a> {
 
     /// Combinations that could be designed, the best first; equally good ones in the order of their entries.
     fn ranked(&self) -> Vec<(&Vec<usize>, &StartSummary)> {
-        let known = self.known.iter().filter_map(|(entries, designed)| Some((entries, designed.as_ref().ok()?)));
-        let mut ranked: Vec<_> = known.collect();
-        let rank = |summary: &StartSummary| self.searcher.rank(summary);
-        ranked.sort_by(|(_, a), (_, b)| rank(a).partial_cmp(&rank(b)).unwrap_or(Ordering::Equal));
+        let mut ranked: Vec<_> = self.designed().collect();
+        ranked.sort_by(|(_, a), (_, b)| self.compare(a, b));
         ranked
+    }
+
+    /// Combinations that could be designed, in the order of their entries.
+    fn designed(&self) -> impl Iterator<Item = (&Vec<usize>, &StartSummary)> {
+        self.known.iter().filter_map(|(entries, designed)| Some((entries, designed.as_ref().ok()?)))
+    }
+
+    fn compare(&self, a: &StartSummary, b: &StartSummary) -> Ordering {
+        self.searcher.rank(a).partial_cmp(&self.searcher.rank(b)).unwrap_or(Ordering::Equal)
     }
 
     /// The resulting choice.

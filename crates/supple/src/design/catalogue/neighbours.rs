@@ -9,7 +9,7 @@ const MOST_CORNERS: usize = 6;
 const MOST_PAIRS: usize = 8;
 
 /// How far a combination has been explored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Explored {
     /// Its neighbours are known.
     Neighbours,
