@@ -136,25 +136,42 @@ pub(crate) fn information_within(
     Ok((sum, by_limit))
 }
 
-/// Expected cost of a task when nothing is ever measured, and its total gradient with respect to all parameters. If it is
-/// within the limit, no information is needed.
+/// A task when nothing is ever measured.
+#[derive(Clone, Debug)]
+pub(crate) struct Unmeasured {
+    /// Its expected cost. If that is within the limit, no information is needed.
+    pub cost: f64,
+    /// The total gradient of the cost with respect to all parameters.
+    pub gradient: Vec<f64>,
+}
+
+/// Share of the budget for estimation errors, below that at which nothing is needed, at which the slope of needed
+/// information is computed.
+const BELOW: f64 = 1e-4;
+
 ///
 /// # Errors
 /// If no least-cost control law exists along the plan, or the plan is not a strict local optimum.
-pub(crate) fn cost_without_measurements(
-    TaskAt { task, phi }: TaskAt,
-    state: &mut TaskState,
-    out: &mut Vec<f64>,
-) -> Result<f64, Error> {
+pub(crate) fn without_measurements(TaskAt { task, phi }: TaskAt, state: &mut TaskState) -> Result<Unmeasured, Error> {
     let found = horizon_of_plan(&state.plan, &state.noise)?.unmeasured();
     let mut partials = Partials::zeros(state.plan.knots.dimensions, task.steps);
     add_horizon(&mut partials, [&found.dynamics, &found.process, &found.initial, &found.prices], 1.0);
     let functional = Functional { process: 1.0, initial: 1.0, partials: Some(&partials), ..Functional::default() };
-    state.total_gradient(task, phi, functional, out)?;
-    let mut by_nominal = Vec::new();
+    let (mut gradient, mut by_nominal) = (Vec::new(), Vec::new());
+    state.total_gradient(task, phi, functional, &mut gradient)?;
     state.nominal_gradient(task, phi, &mut by_nominal)?;
-    out.iter_mut().zip(&by_nominal).for_each(|(sum, slope)| *sum += slope);
-    Ok(found.cost)
+    gradient.iter_mut().zip(&by_nominal).for_each(|(sum, slope)| *sum += slope);
+    Ok(Unmeasured { cost: found.cost, gradient })
+}
+
+/// The information needed per unit by which the limit is below the cost without measurements, nats, as the limit approaches
+/// that cost.
+///
+/// # Errors
+/// If no least-cost control law exists along the plan, or the minimum was not found.
+pub(crate) fn first_price(cost_without: f64, state: &mut TaskState) -> Result<f64, Error> {
+    let budget = cost_without - (state.cost.expected() - state.cost.belief);
+    Ok(needed_beyond((1.0 - BELOW) * budget, state)?.sensitivity.map_or(0.0, |of| -of.cost))
 }
 
 /// The minimum information at the limit or, without a limit, at the plan's own expected cost.

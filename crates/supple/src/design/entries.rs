@@ -3,6 +3,7 @@
 
 use super::Aim;
 use super::visited::{TaskVisit, Visit};
+use crate::aims::Unmeasured;
 use crate::problem::Problem;
 use crate::settings::DesignSettings;
 use crate::violation;
@@ -56,13 +57,22 @@ impl Limited {
         found.unwrap_or(f64::NEG_INFINITY)
     }
 
+    /// The greatest multiplier at an optimum, nats per unit: beyond the price of needed information, needing some would be
+    /// better.
+    pub fn greatest_multiplier(self, problem: &Problem, visit: &Visit) -> f64 {
+        match self {
+            Self::Unmeasured(task) => problem.tasks[task].information_weight * visit.tasks[task].first_price,
+            Self::Cost(_) | Self::Price => f64::INFINITY,
+        }
+    }
+
     /// The task whose cost it limits, that cost and its gradient.
     fn cost(self, visit: &Visit) -> Option<(&TaskVisit, f64, &[f64])> {
         match self {
             Self::Cost(task) => Some(&visit.tasks[task]).map(|at| (at, at.cost, &*at.cost_gradient)),
             Self::Unmeasured(task) => {
                 let at = &visit.tasks[task];
-                at.unmeasured.as_ref().map(|(cost, gradient)| (at, *cost, &**gradient))
+                at.unmeasured.as_ref().map(|Unmeasured { cost, gradient, .. }| (at, *cost, &**gradient))
             }
             Self::Price => None,
         }

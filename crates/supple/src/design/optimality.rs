@@ -47,7 +47,8 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
         Aim::Information { .. } => {
             let active: Vec<usize> = (0..entries.len()).filter(|&one| violations[one] > -near).collect();
             let of = slope(&objective((problem, *aim, Units::Natural), at));
-            let (worst, multipliers) = project(&of, &gradients, &active, &held);
+            let most: Vec<f64> = entries.iter().map(|(limited, _)| limited.greatest_multiplier(problem, at)).collect();
+            let (worst, multipliers) = project(&of, (&gradients, &most), &active, &held);
             for ((limited, _), multiplier) in entries.iter().zip(multipliers) {
                 match *limited {
                     Limited::Cost(task) => reported[task] = multiplier,
@@ -79,7 +80,8 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
                 Limited::Price => violations[*one] > -near,
             };
             let active: Vec<usize> = (0..entries.len()).filter(is_active).collect();
-            let (worst, weights) = project(&gradients[first], &gradients, &active, &held);
+            let unlimited = vec![f64::INFINITY; entries.len()];
+            let (worst, weights) = project(&gradients[first], (&gradients, &unlimited), &active, &held);
             let weight = 1.0 + (0..entries.len()).filter(is_cost).map(|one| weights[one]).sum::<f64>();
             (worst / (weight * (1.0 + most).max(1e-300)), reported)
         }

@@ -38,12 +38,13 @@ impl Rounds<'_, '_> {
         let mut phi = self.summary.from.clone();
         let mut round = 0;
         while round < settings.rounds {
+            visitor.stay_nowhere();
             let first = visitor.restart(&phi, &controls)?.clone();
             let visitor = &mut visitor;
             let mut search =
                 Search { visitor, control, start: self.start, evaluations: 0, without_contact: 0, error: None };
             search.tell(&first);
-            let ending = run_optimiser(&mut search, optimiser, self.searcher.goes_on);
+            let ending = run_optimiser(&mut search, optimiser, true);
             self.summary.evaluations += search.evaluations;
             self.summary.without_contact += search.without_contact;
             self.summary.error = search.error.take();
@@ -62,7 +63,9 @@ impl Rounds<'_, '_> {
                 && last.information(problem) <= NOTHING
                 && let Some(next) = visitor.weighed.weights.next()
             {
-                visitor.weighed.needs_nothing |= visitor.weighed.weights.needed > 0.0;
+                if visitor.weighed.weights.needed > 0.0 {
+                    visitor.weighed.needs_nothing.fill(true);
+                }
                 visitor.weighed.weights = next;
                 self.summary.passed += 1;
                 (phi, controls) = (last.phi.clone(), controls_of(&last));
@@ -125,10 +128,11 @@ const NEARER: usize = 6;
 
 /// Runs an optimiser from the last design of a search, and leaves the design that it found as the last one.
 ///
-/// An objective with needed information has a kink where designs begin to need information, and gradients say nothing across
-/// it: if `goes_on`, a search that ends among designs that need no information continues among these.
-fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) -> Ending {
+/// An objective with needed information has a kink where a task begins to need information, and gradients say nothing across
+/// it: if `stays`, a search that ends there without an optimum continues among designs for which that task needs none.
+fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, stays: bool) -> Ending {
     let mut ending = Ending::Stalled;
+    let mut left = None;
     let (mut runs, mut nearer, mut radius) = (optimiser.runs(), NEARER, f64::INFINITY);
     while runs > 0 {
         let Some(first) = search.visitor.visits.last().cloned() else { break };
@@ -137,8 +141,7 @@ fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) 
         search.error = problem.into_error();
         if optimiser.keeps_last() {
             // Its last design is its result, unless it is worse than where it began.
-            let merit = |visit: &Visit| search.aim().merit(visit, search.problem(), search.settings().feasibility);
-            if search.visitor.visits.last().is_some_and(|last| merit(last) > merit(&first)) {
+            if search.visitor.visits.last().is_some_and(|last| search.merit(last) > search.merit(&first)) {
                 search.choose();
             }
             break;
@@ -148,11 +151,9 @@ fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) 
         if ending == Ending::Stopped || search.error.is_some() || search.optimality(&best).0 <= OPTIMAL {
             break;
         }
-        if goes_on
-            && let Some(others) = search.visitor.weighed.weights.without_needed()
-            && search.visitor.stays_where_nothing_is_needed(&best, others).unwrap_or(false)
-        {
-            runs -= 1;
+        if stays && let Ok(Some(before)) = search.visitor.stay_where_nothing_is_needed(&best) {
+            left.get_or_insert((best, before));
+            (runs, radius) = (runs - 1, f64::INFINITY);
             continue;
         }
         // It only moved to worse points, such as one beyond a limit where all slopes are 0: stay nearer.
@@ -166,5 +167,11 @@ fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser, goes_on: bool) 
         }
         (runs, radius) = (runs - 1, f64::INFINITY);
     }
-    ending
+    let Some((best, (weighed, visits))) = left else { return ending };
+    let is_worse = |last: &Visit| search.merit(last) > search.merit(&best);
+    if !search.visitor.visits.last().is_none_or(is_worse) {
+        return ending;
+    }
+    (search.visitor.weighed, search.visitor.visits) = (weighed, visits);
+    if ending == Ending::Stopped { ending } else { run_optimiser(search, optimiser, false) }
 }

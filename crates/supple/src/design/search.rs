@@ -51,6 +51,11 @@ impl<'a> Search<'a, '_> {
         self.visitor.aim
     }
 
+    /// What visits are compared by, smaller is better.
+    pub fn merit(&self, visit: &Visit) -> (bool, f64) {
+        self.aim().merit(visit, self.problem(), self.settings().feasibility)
+    }
+
     /// First-order optimality of a visit, and its multipliers.
     pub fn optimality(&self, at: &Visit) -> (f64, Vec<f64>) {
         optimality(at, self.visitor)

@@ -1,10 +1,10 @@
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
-use super::visited::{PriceVisit, ROUNDING, TaskVisit, Visit, controls_of};
+use super::visited::{PriceVisit, TaskVisit, Visit, controls_of};
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
-use crate::aims::{Limit, cost_without_measurements, information_within};
+use crate::aims::{Limit, Unmeasured, first_price, information_within, without_measurements};
 use crate::continuation::{Scaling, continue_plan};
 use crate::gradient::FrozenGradient;
 use crate::growth::explain;
@@ -20,19 +20,36 @@ const GRADIENT_EFFORT: usize = 3;
 const FINER: usize = 8;
 
 /// What is minimised.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Weighed {
     pub weights: InformationWeights,
-    /// Whether tasks must stay within their bounds without measurements: once a search finds that no information is needed,
-    /// it continues among designs for which that holds.
-    pub needs_nothing: bool,
+    /// Whether each task must stay within its bound without measurements: where a search finds that it needs no information,
+    /// it may continue among designs for which that holds.
+    pub needs_nothing: Vec<bool>,
 }
+
+impl Weighed {
+    /// The weights of a task, and what needed information would count if it must need none.
+    fn of(&self, task: usize, aim: Aim) -> (InformationWeights, Option<f64>) {
+        let Self { weights, ref needs_nothing } = *self;
+        match aim {
+            Aim::Information { .. } if needs_nothing[task] => {
+                (InformationWeights { needed: 0.0, ..weights }, Some(weights.needed))
+            }
+            _ => (weights, needs_nothing[task].then_some(0.0)),
+        }
+    }
+}
+
+/// A cost without measurements up to this far above the bound, relative to it, is near the kink of needed information.
+const KINK: f64 = 1e-3;
 
 /// Results of a task at a design whose plan is in `state`, with gradients of the given kind.
 fn task_visit(
     task: &Task,
     phi: &[f64],
-    (kind, aim, Weighed { weights, needs_nothing }): (GradientKind, Aim, Weighed),
+    (kind, aim): (GradientKind, Aim),
+    (weights, needs_nothing): (InformationWeights, Option<f64>),
     state: &mut TaskState,
 ) -> Result<TaskVisit, Error> {
     let (mut information_gradient, mut cost_gradient) = (Vec::new(), Vec::new());
@@ -51,14 +68,11 @@ fn task_visit(
             cost_gradient = frozen.belief_cost;
         }
     }
-    let mut unmeasured = None;
-    if needs_nothing && bound.is_some() && kind == GradientKind::Total {
-        let mut gradient = Vec::new();
-        let cost = cost_without_measurements(task.at(phi), state, &mut gradient)?;
-        unmeasured = Some((cost, gradient));
-    }
-    Ok(TaskVisit {
+    let without = needs_nothing.filter(|_| bound.is_some() && kind == GradientKind::Total);
+    let unmeasured = without.map(|_| without_measurements(task.at(phi), state)).transpose()?;
+    let mut visit = TaskVisit {
         unmeasured,
+        first_price: f64::INFINITY,
         controls: state.plan.trajectory.controls.clone(),
         information,
         information_gradient,
@@ -69,7 +83,14 @@ fn task_visit(
         bound_slopes: bound.map_or_else(Vec::new, |bound| bound.slopes),
         converged: state.plan.status.is_converged(),
         misses_contact: misses_contact(task, phi, &state.plan.trajectory),
-    })
+    };
+    if let (Some(needed), Some(Unmeasured { cost, .. })) = (without, &visit.unmeasured)
+        && needed > 0.0
+        && visit.unmeasured_violation().is_some_and(|violation| violation.abs() <= KINK)
+    {
+        visit.first_price = needed * first_price(*cost, state)?;
+    }
+    Ok(visit)
 }
 
 /// Evaluates designs near one another on one branch, and remembers all of them.
@@ -89,7 +110,8 @@ impl<'a> Visitor<'a> {
     pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim) -> Self {
         let scaling = Scaling::of(&problem.parameters);
         let states = problem.tasks.iter().map(TaskState::new).collect();
-        let weighed = Weighed { weights: settings.information, needs_nothing: aim == Aim::UnmeasuredCost };
+        let needs_nothing = vec![aim == Aim::UnmeasuredCost; problem.tasks.len()];
+        let weighed = Weighed { weights: settings.information, needs_nothing };
         Self { problem, settings, aim, weighed, scaling, visits: Vec::new(), states }
     }
 
@@ -105,19 +127,41 @@ impl<'a> Visitor<'a> {
         self.visit_from(phi.to_vec(), (phi, controls.iter().collect()), None)
     }
 
-    /// If a design needs no information, minimises other information from now on, among designs that need none either, and
-    /// returns `true`.
-    pub fn stays_where_nothing_is_needed(&mut self, at: &Visit, others: InformationWeights) -> Result<bool, Error> {
-        let before = std::mem::replace(&mut self.weighed, Weighed { weights: others, needs_nothing: true });
-        let visits = std::mem::take(&mut self.visits);
-        let needs_nothing = self.restart(&at.phi, &controls_of(at)).map(|visit| {
-            let mut excess = visit.tasks.iter().map(TaskVisit::unmeasured_violation);
-            excess.all(|excess| excess.is_some_and(|excess| excess <= ROUNDING))
-        });
-        if !matches!(needs_nothing, Ok(true)) {
-            (self.weighed, self.visits) = (before, visits);
+    /// Starts anew from a design, and from now on stays where tasks need no information that need none there, or hardly any.
+    /// Returns what was minimised and visited before; `None`, and nothing changes, if there are no such tasks that it does not
+    /// stay with already.
+    pub fn stay_where_nothing_is_needed(&mut self, at: &Visit) -> Result<Option<(Weighed, Vec<Visit>)>, Error> {
+        let minimised = matches!(self.aim, Aim::Information { .. }) && self.weighed.weights.needed > 0.0;
+        if !(minimised && self.settings.gradient == GradientKind::Total) {
+            return Ok(None);
         }
-        needs_nothing
+        let controls = controls_of(at);
+        let before = (self.weighed.clone(), std::mem::take(&mut self.visits));
+        self.weighed.needs_nothing.fill(true);
+        let stays = self.restart(&at.phi, &controls).map(|visit| {
+            let excess = visit.tasks.iter().map(TaskVisit::unmeasured_violation);
+            excess.map(|excess| excess.is_some_and(|excess| excess <= KINK)).collect::<Vec<_>>()
+        });
+        let stays = stays.and_then(|stays| {
+            let stays: Vec<bool> =
+                stays.iter().zip(&before.0.needs_nothing).map(|(near, held)| *near || *held).collect();
+            self.weighed.needs_nothing.clone_from(&stays);
+            self.restart(&at.phi, &controls).map(|_| stays)
+        });
+        match stays {
+            Ok(stays) if stays != before.0.needs_nothing => Ok(Some(before)),
+            stays => {
+                (self.weighed, self.visits) = before;
+                stays.map(|_| None)
+            }
+        }
+    }
+
+    /// Lets tasks need information again where needed information is minimised.
+    pub fn stay_nowhere(&mut self) {
+        if self.aim != Aim::UnmeasuredCost && self.weighed.weights.needed > 0.0 {
+            self.weighed.needs_nothing.fill(false);
+        }
     }
 
     /// Visits scaled coordinates, continuing the plans of the nearest design visited before.
@@ -148,9 +192,9 @@ impl<'a> Visitor<'a> {
         }
         let Self { problem, aim, weighed, states, .. } = self;
         let tasks = problem.tasks.iter().zip(states.iter_mut()).zip(&visit.tasks);
-        let tasks = tasks.map(|((task, state), known)| {
+        let tasks = tasks.enumerate().map(|(index, ((task, state), known))| {
             state.evaluate(task, &visit.phi, &problem.planning, Some(&known.controls))?;
-            task_visit(task, &visit.phi, (GradientKind::Total, *aim, *weighed), state)
+            task_visit(task, &visit.phi, (GradientKind::Total, *aim), weighed.of(index, *aim), state)
         });
         Ok(Visit { tasks: tasks.collect::<Result<_, _>>()?, ..visit.clone() })
     }
@@ -168,7 +212,7 @@ impl<'a> Visitor<'a> {
             let visit = |finer: usize, state: &mut TaskState| {
                 continue_plan((problem, task), scaling, (from, &phi), (controls, finer), state)
                     .map_err(|failed| failed.explain(task, state))?;
-                task_visit(task, &phi, (settings.gradient, *aim, *weighed), state)
+                task_visit(task, &phi, (settings.gradient, *aim), weighed.of(index, *aim), state)
                     .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
             };
             let found = visit(1, state)?;

@@ -3,6 +3,7 @@
 use supple_kernels::Matrices;
 
 use super::DesignSettings;
+use crate::aims::Unmeasured;
 use crate::continuation::{Scaling, largest_difference};
 use crate::problem::Problem;
 use crate::violation;
@@ -34,8 +35,11 @@ pub(crate) struct TaskVisit {
     pub bound: Option<f64>,
     /// Derivative of the bound by each parameter on which it depends.
     pub bound_slopes: Vec<(usize, f64)>,
-    /// The cost without measurements, and gradient by all parameters, if it must stay within the bound.
-    pub unmeasured: Option<(f64, Vec<f64>)>,
+    /// The cost without measurements, if it must stay within the bound.
+    pub unmeasured: Option<Unmeasured>,
+    /// The information that is needed per unit by which that cost exceeds the bound, nats, if both are equal; infinite if
+    /// none may be needed.
+    pub first_price: f64,
     /// Whether its plan converged.
     pub converged: bool,
     /// Whether its plan never makes a contact whose force a cost tracks.
@@ -156,7 +160,7 @@ impl TaskVisit {
 
     /// The same for the cost without measurements, if it must stay within the bound.
     pub fn unmeasured_violation(&self) -> Option<f64> {
-        self.bound.zip(self.unmeasured.as_ref()).map(|(bound, (cost, _))| violation(*cost, bound))
+        self.bound.zip(self.unmeasured.as_ref()).map(|(bound, unmeasured)| violation(unmeasured.cost, bound))
     }
 
     /// The gradient of a cost less this share of the bound, from the gradient of the cost.

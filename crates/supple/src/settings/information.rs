@@ -58,12 +58,6 @@ impl InformationWeights {
         }
     }
 
-    /// The other weights, if needed information is one kind of several.
-    pub(crate) fn without_needed(self) -> Option<Self> {
-        let others = Self { needed: 0.0, ..self };
-        (self.needed > 0.0 && others.are_valid()).then_some(others)
-    }
-
     /// The name of the kind that is minimised, if it is a single one.
     #[must_use]
     pub fn kind(&self) -> Option<&'static str> {

@@ -6,9 +6,11 @@ use std::sync::atomic::AtomicBool;
 
 use crate::common::shipped;
 use supple::Stop;
+use supple::aims::weighted_information;
 use supple::design::{
     Control, Design, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, StartSummary, design,
 };
+use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Problem};
 
 fn search(problem: &Problem, settings: &DesignSettings) -> Design {
@@ -296,6 +298,36 @@ fn limits_have_a_price_for_needed_information() {
             found.multipliers
         );
     }
+}
+
+/// At the optimum the second task just begins to need information. Searches stopped beside that kink, where the gradient is
+/// not zero.
+#[test]
+fn an_optimum_may_be_where_a_task_begins_to_need_information() {
+    let tasks = [("s", 200.0, 1.0), ("1 / s", 170.0, 20.0)].map(|(process, bound, weight)| {
+        format!(
+            "steps = 50\nbound = {bound}\ninformation_weight = {weight}\ninitial_state = [0.0]\nnoise = {{ initial = [1e-2], \
+             process = [\"{process}\"], measurement = [1e-2] }}\ncosts = [{{ kind = \"quadratic\", Q = [[1.0]], R = [[0.1]] }}]"
+        )
+    });
+    let problem = scalar(["0.9", "1.0"], "s = { initial = 1.0, bounds = [0.2, 5.0], scale = \"log\" }", &tasks);
+    let weights = InformationWeights::NEEDED;
+    let found = search(&problem, &DesignSettings { starts: 1, information: weights, ..Default::default() });
+    let StartSummary { to, objective, optimality, .. } = &found.starts[0];
+    assert_eq!(found.status, DesignStatus::Converged, "{optimality}");
+    let needed = |s: f64| {
+        let each = problem.tasks.iter().map(|task| {
+            let mut state = TaskState::new(task);
+            state.evaluate(task, &[s], &problem.planning, None).unwrap();
+            let nats = weighted_information(task, &[s], weights, &mut state, &mut Vec::new()).unwrap();
+            task.information_weight * nats
+        });
+        each.collect::<Vec<_>>()
+    };
+    let sum = |s: f64| needed(s).iter().sum::<f64>();
+    let s = to[0];
+    assert!((sum(s) - objective).abs() < 1e-6 && needed(s)[1] < 1e-6, "{:?} is not {objective}", needed(s));
+    assert!(needed(0.999 * s)[1] > 1e-3 && sum(0.999 * s) > objective + 1e-3 && sum(1.001 * s) > objective + 1e-3);
 }
 
 /// Above `v = 1.6` there is no system. The first step of the search leads there; the optimum is below.
