@@ -8,7 +8,7 @@ use supple_kernels::Matrices;
 
 use super::StartSummary;
 use super::rounds::Rounds;
-use super::searcher::{Searcher, own_optimiser};
+use super::searcher::Searcher;
 use crate::branches::{AROUND, is_cheaper};
 use crate::continuation::{Scaling, continue_plan, largest_difference};
 use crate::pipeline::TaskState;
@@ -28,8 +28,7 @@ impl Searcher<'_> {
     /// depend on the number of threads.
     pub(super) fn exchange_plans(&self, starts: &mut [StartSummary]) {
         let Self { settings, control, .. } = *self;
-        let keeps_last = self.optimiser.map_or_else(|| own_optimiser(settings).keeps_last(), |own| own.keeps_last());
-        if keeps_last || settings.branch_attempts == 0 {
+        if self.keeps_last() || settings.branch_attempts == 0 {
             return;
         }
         for _ in 0..settings.rounds {

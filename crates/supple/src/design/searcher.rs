@@ -73,6 +73,11 @@ impl<'a> Searcher<'a> {
         (!met, Reverse(summary.passed), value)
     }
 
+    /// Whether the result of a search is the last design of its optimiser, rather than the best one.
+    pub(super) fn keeps_last(&self) -> bool {
+        self.optimiser.map_or_else(|| own_optimiser(self.settings).keeps_last(), Optimiser::keeps_last)
+    }
+
     /// Checks that the plans have the requested gradients.
     pub(super) fn check(&self) -> Result<(), Error> {
         let mode = self.problem.planning.plan;

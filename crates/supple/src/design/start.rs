@@ -10,7 +10,7 @@ use supple_kernels::Matrices;
 
 use super::rounds::Rounds;
 use super::visit::Visitor;
-use super::{Design, DesignStatus, Ending, Event, Searcher, StartSummary};
+use super::{Aim, Design, DesignStatus, Ending, Event, Searcher, StartSummary};
 use crate::Error;
 use crate::branches::uniform;
 use crate::continuation::Scaling;
@@ -58,11 +58,14 @@ impl Searcher<'_> {
             return Err(Error::Stopped);
         }
         self.exchange_plans(&mut starts);
-        let seconds = seconds + clock.elapsed().as_secs_f64();
         let rank = |summary: &StartSummary| self.rank(summary);
         let best = (0..starts.len())
             .min_by(|&a, &b| rank(&starts[a]).partial_cmp(&rank(&starts[b])).unwrap_or(Ordering::Equal))
             .unwrap_or(0);
+        if let Some(nearer) = starts.get(best).and_then(|missed| self.nearer_to_limits(missed, best)) {
+            starts[best] = nearer;
+        }
+        let seconds = seconds + clock.elapsed().as_secs_f64();
         // Of starts that ended alike, one that is known to be an optimum.
         let alike = |start: &StartSummary| {
             let ((missed, passed, value), (best_missed, best_passed, least)) = (rank(start), rank(&starts[best]));
@@ -118,6 +121,33 @@ impl Searcher<'_> {
         summary.branches = visit.tasks.len();
         summary.record(&visit, &visitor, Ending::Converged);
         Ok(summary)
+    }
+
+    /// What a search from where another one missed the limits finds: towards the least excess and, if that is none, for the
+    /// least information from there. `None` if nothing was missed, or nothing better is found.
+    fn nearer_to_limits(&self, missed: &StartSummary, start: usize) -> Option<StartSummary> {
+        let within_limits = matches!(self.aim, Aim::Information { factor } if factor.is_finite());
+        let found_nothing = missed.controls.is_empty() || missed.status.meets_bounds();
+        if !within_limits || found_nothing || self.keeps_last() || self.control.is_stopped() {
+            return None;
+        }
+        let nearest = Self { aim: Aim::Cost, ..*self }.run(missed.to.clone(), Some(missed.controls.clone()), start);
+        let mut found = self.assess(&nearest.to, &nearest.controls).ok()?;
+        let mut evaluations = [missed, &nearest, &found].map(|part| (part.evaluations, part.without_contact)).to_vec();
+        if found.status.meets_bounds() {
+            let least = self.run(found.to.clone(), Some(found.controls.clone()), start);
+            evaluations.push((least.evaluations, least.without_contact));
+            if self.rank(&least) <= self.rank(&found) {
+                found = least;
+            }
+        }
+        let sum = |of: fn(&(usize, usize)) -> usize| evaluations.iter().map(of).sum();
+        (self.rank(&found) < self.rank(missed)).then(|| StartSummary {
+            from: missed.from.clone(),
+            evaluations: sum(|&(evaluations, _)| evaluations),
+            without_contact: sum(|&(_, without_contact)| without_contact),
+            ..found
+        })
     }
 
     fn run_start(&self, phi: &[f64], start: usize) -> StartSummary {

@@ -300,6 +300,39 @@ fn limits_have_a_price_for_needed_information() {
     }
 }
 
+/// Two tasks that pull in opposite directions, with limits that no design meets: each method ends where the greatest excess is
+/// least, by a scan over all designs.
+#[test]
+fn designs_that_miss_limits_are_the_nearest_to_them() {
+    let limits = [34.0, 33.0];
+    let starts = ["10.0 * a", "10.0 * (1 - a)"];
+    let tasks = [0, 1].map(|index| {
+        format!(
+            "steps = 10\ninitial_state = [\"{}\"]\nbound = {}\nnoise = {{ initial = [0.1], process = [0.1], measurement = [\"v\"] \
+             }}\ncosts = [{{ kind = \"quadratic\", Q = [[1.0]], R = [[1.0]], final = [[1.0]] }}]",
+            starts[index], limits[index]
+        )
+    });
+    let parameters =
+        "a = { initial = 0.2, bounds = [0.0, 1.0] }\nv = { initial = 0.1, bounds = [1e-3, 10.0], scale = \"log\" }";
+    let problem = scalar(["0.9", "1.0"], parameters, &tasks);
+    let excess = |a: f64| {
+        let each = problem.tasks.iter().zip(limits).map(|(task, limit)| {
+            let mut state = TaskState::new(task);
+            state.evaluate(task, &[a, 1e-3], &problem.planning, None).unwrap();
+            state.cost.expected() / limit - 1.0
+        });
+        each.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let least = (0..=1000).map(|i| excess(f64::from(i) * 1e-3)).fold(f64::INFINITY, f64::min);
+    for method in [Method::Sqp, Method::Cobyla] {
+        let found = search(&problem, &DesignSettings { starts: 1, method, ..Default::default() });
+        assert_eq!(found.status, DesignStatus::BoundViolated);
+        let StartSummary { violation, to, .. } = &found.starts[0];
+        assert!(least > 0.1 && *violation < least + 1e-3, "{method:?} {to:?}: {violation} is not {least}");
+    }
+}
+
 /// At the optimum the second task just begins to need information. Searches stopped beside that kink, where the gradient is
 /// not zero.
 #[test]
