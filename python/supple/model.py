@@ -101,6 +101,10 @@ class DerivativeError(Record):
     third: float
 
 
+#: First derivatives with a greater relative error are worth a warning.
+ROUGH = 1e-3
+
+
 class Model:
     """A custom model: dynamics, measurements and costs.
 
@@ -336,6 +340,12 @@ class Model:
             estimate.second,
             estimate.third,
         )
+        if not estimate.first <= ROUGH:
+            LOGGER.warning(
+                "derivatives by finite differences have a relative error of %.1e: results cannot be trusted. Functions that are "
+                "rounded, look up tables or integrate with a coarse tolerance have no smooth derivatives",
+                estimate.first,
+            )
         return described, estimate
 
     def _overridden(self, backend: Any, plain: Any, near: tuple[Array, Array, Array]) -> Any:

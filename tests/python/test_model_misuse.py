@@ -70,6 +70,12 @@ WRONG: list[tuple[str, dict[str, Any], str]] = [
     ("numpy", {"step": lambda x, u, p: x[..., :3]}, r"`step` returned an array of the shape \(1, 3\).*\(1, 4\)"),
     ("numpy", {"cost": lambda x, u, p: x}, r"`cost` returned an array of the shape \(1, 4\).*the shape \(1,\)"),
     ("numpy", {"step": lambda x, u, p: x.astype(np.float32)}, r"`step` returned an array of float32.*float64"),
+    (
+        "numpy",
+        {"step": lambda x, u, p: (1e6 * (x + 1.0)).astype(int)},
+        r"`step` returned int64, which has no derivatives",
+    ),
+    ("numpy", {"step": lambda x, u, p: None}, r"`step` returned None.*is `return` missing"),
     ("numpy", {"step": lambda x, u, p: "x"}, r"`step` returned an array of <U1: it must return float64"),
     ("numpy", {"step": lambda x, u, p: x * np.nan}, r"`step` returned .*nan.* finite numbers"),
     ("numpy", {"step": lambda x, u, p: x + np.random.normal()}, r"`step` is not deterministic"),

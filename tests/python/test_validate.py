@@ -79,7 +79,7 @@ def test_errors_of_the_model_cost_what_they_should(wiping: supple.validation.Val
     assert stiff.cost_difference > plain.cost_difference + 1.0
     assert stiff.mujoco.consistency is not None and plain.mujoco.consistency is not None
     assert stiff.mujoco.consistency.mean > plain.mujoco.consistency.mean
-    unchanged = supple.mujoco.validate(task, ROLLOUTS, vary={"contact.stiffness": 1.0, "friction": 1.0, "damping": 1.0})
+    unchanged = supple.mujoco.validate(task, ROLLOUTS, vary={"contact.stiffness": 1.0, "damping": 1.0})
     assert unchanged.tasks["wipe"].mujoco.cost_mean == pytest.approx(plain.mujoco.cost_mean, rel=1e-9)
 
 

@@ -13,6 +13,7 @@ mod own;
 mod plant;
 mod pool;
 mod result;
+mod robot;
 mod task;
 mod unit;
 mod watch;
@@ -34,6 +35,8 @@ mod _supple {
     use crate::own::check_covariance;
     #[pymodule_export]
     use crate::result::Kept;
+    #[pymodule_export]
+    use crate::robot::as_mjcf;
     #[pymodule_export]
     use crate::task::NativeTask;
     #[pymodule_export]

@@ -284,7 +284,7 @@ fn versions_that_are_not_known_are_warned_of() {
     let text =
         |version| format!("<sdf version='{version}'><model name='m'><static>1</static>{}</model></sdf>", link("a", ""));
     let first = |version| read(&text(version)).warnings[0].clone();
-    assert_eq!(first("1.5"), "sdf: version 1.5 is older than 1.6, and is read as if it were 1.6 (line 1)");
+    assert_eq!(first("1.5"), "sdf: version 1.5 is older than 1.6: it is read as 1.6, with axes as in 1.5 (line 1)");
     assert_eq!(first("2.0"), "sdf: version 2.0 is newer than 1.12, and is read as if it were 1.12 (line 1)");
     assert!(!first("1.12").contains("version"));
 }

@@ -123,8 +123,12 @@ def checked(what: str, value: Any, shape: tuple[int, ...]) -> Array:
     except Exception as error:
         raise UsageError(f"{what} returned {type(value).__name__}, which is no array of numbers: {error}") from error
     if array.dtype.kind in "iub":
+        if array.ndim and len(array) > 1 and (array != array[:1]).any():
+            raise UsageError(f"{what} returned {array.dtype}, which has no derivatives: it must return float64")
         array = array.astype(np.float64)
     if array.dtype != np.float64:
+        if value is None:
+            raise UsageError(f"{what} returned None: it must return an array of float64; is `return` missing?")
         found = type(value).__name__ if array.dtype == object else f"an array of {array.dtype}"
         raise UsageError(
             f"{what} returned {found}: it must return float64. Use np.float64 throughout; arrays made with dtype=np.float32 "

@@ -1,15 +1,17 @@
-"""The bodies of robot files as models of MuJoCo. URDF and MJCF files are read by MuJoCo itself; SDF files in ``sdf``."""
+"""The bodies of robot files as models of MuJoCo, which reads URDF and MJCF files itself; SDF files are written as MJCF."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 
 import mujoco
 import numpy as np
 
 from .._records import Array
+from .._supple import as_mjcf
 from ..errors import FileError, UsageError
-from .sdf import quaternion_of, sdf
+from .rotations import quaternion_of
 
 __all__ = ["Bodies", "again", "bodies"]
 
@@ -17,7 +19,13 @@ _INERTIA_FROM_GEOMS = 1
 #: What links without mass and moments of inertia are given, kg and kg m^2: MuJoCo refuses them where they move.
 LITTLE = 1e-12, 1e-15
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+#: Options of the fluid that bodies move in.
+FLUID = ("density", "viscosity", "wind")
 _JOINT_EQUALITY, _JOINT_DRIVE = int(mujoco.mjtEq.mjEQ_JOINT), int(mujoco.mjtTrn.mjTRN_JOINT)
+
+
+#: The beginning of the root element of an SDF file.
+_SDF = re.compile(r"<sdf[\s>]")
 
 
 class Bodies:
@@ -52,13 +60,12 @@ def bodies(
     """
     text = texts[file]
     try:
-        if "<sdf" in text[:2000]:
-            spec = sdf(text, file)
-        else:
-            folder = file.rpartition("/")[0] + "/"
-            included = {path.removeprefix(folder): other.encode() for path, other in texts.items() if path != file}
-            spec = mujoco.MjSpec.from_string(text, include=included)
-            spec.modelfiledir = folder
+        folder = file.rpartition("/")[0] + "/"
+        included = {path.removeprefix(folder): other.encode() for path, other in texts.items() if path != file}
+        if _SDF.search(text):
+            text = as_mjcf(text, file)
+        spec = mujoco.MjSpec.from_string(text, include=included)
+        spec.modelfiledir = folder
         # Links without inertia remain separate bodies with almost no inertia.
         spec.compiler.fusestatic = False
         spec.compiler.boundmass, spec.compiler.boundinertia = LITTLE
@@ -118,7 +125,7 @@ def again(
     independent: bool = False,
     carried: Mapping[str, str] | None = None,
 ) -> mujoco.MjSpec:
-    """A model as it was compiled, with bodies, joints, sites, and what couples and drives joints.
+    """A model as it was compiled, with bodies, joints, sites, fluid, and what couples and drives joints.
 
     Args:
         mj: The model.
@@ -148,6 +155,8 @@ def again(
     # Models that are made of this one keep its gravity, not its flags.
     switched_off = mj.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
     spec.option.gravity = np.zeros(3) if switched_off else mj.opt.gravity
+    for key in FLUID:
+        setattr(spec.option, key, getattr(mj.opt, key))
     made = {0: spec.worldbody}
     hung = _hung(mj, carried or {})
     waiting = list(range(1, mj.nbody))
@@ -170,6 +179,7 @@ def again(
                 raise UsageError(f"joint `{names[here]}` is held by an equality: lock it in the task")
             equality = spec.add_equality(name1=names[here], name2=names[there], type=mujoco.mjtEq.mjEQ_JOINT)
             equality.objtype, equality.data = mujoco.mjtObj.mjOBJ_JOINT, mj.eq_data[line]
+    _couplings(mj, spec, held)
     for index in range(mj.nu):
         joint = int(mj.actuator_trnid[index, 0])
         if int(mj.actuator_trntype[index]) != _JOINT_DRIVE or joint in held:
@@ -181,6 +191,46 @@ def again(
         actuator.biastype = mujoco.mjtBias(int(mj.actuator_biastype[index]))
         actuator.gainprm, actuator.biasprm = mj.actuator_gainprm[index], mj.actuator_biasprm[index]
     return spec
+
+
+def _couplings(mj: mujoco.MjModel, spec: mujoco.MjSpec, held: Mapping[int, float]) -> None:
+    """Adds tendons that exert a force by themselves.
+
+    Raises:
+        UsageError: Where there are other couplings.
+    """
+    for line in range(mj.neq):
+        kind = mujoco.mjtEq(int(mj.eq_type[line]))
+        if kind != mujoco.mjtEq.mjEQ_JOINT and mj.eq_active0[line]:
+            word = kind.name.removeprefix("mjEQ_").lower()
+            raise UsageError(f"equality `{word}`: MuJoCo's twin of a robot knows `joint` only")
+    for index in range(mj.ntendon):
+        forces = {key: getattr(mj, f"tendon_{key}")[index] for key in ("stiffness", "damping", "frictionloss")}
+        if not any(np.any(value) for value in forces.values()):
+            continue
+        tendon = spec.add_tendon(name=mj.tendon(index).name)
+        shift = 0.0
+        first = int(mj.tendon_adr[index])
+        for wrap in range(first, first + int(mj.tendon_num[index])):
+            kind, of, by = mujoco.mjtWrap(int(mj.wrap_type[wrap])), int(mj.wrap_objid[wrap]), float(mj.wrap_prm[wrap])
+            if kind == mujoco.mjtWrap.mjWRAP_JOINT and of in held:
+                shift += by * held[of]
+            elif kind == mujoco.mjtWrap.mjWRAP_JOINT:
+                tendon.wrap_joint(mj.joint(of).name, by)
+            elif kind == mujoco.mjtWrap.mjWRAP_SITE and mj.site(of).name:
+                tendon.wrap_site(mj.site(of).name)
+            elif kind == mujoco.mjtWrap.mjWRAP_PULLEY:
+                tendon.wrap_pulley(by)
+            else:
+                raise UsageError(
+                    f"tendon `{tendon.name}`: MuJoCo's twin of a robot knows joints, sites with names, and pulleys"
+                )
+        tendon.springlength = np.array(mj.tendon_lengthspring[index]) - shift
+        for key, value in forces.items():
+            given = np.array(getattr(tendon, key), dtype=np.float64)
+            if given.ndim:
+                given[0] = value
+            setattr(tendon, key, given if given.ndim else float(value))
 
 
 def _hung(mj: mujoco.MjModel, carried: Mapping[str, str]) -> dict[int, int]:
@@ -241,6 +291,7 @@ def _body(
     body = parent.add_body(name=mj.body(index).name, pos=p, quat=quaternion_of(R), explicitinertial=True)
     body.mass, body.inertia = float(mj.body_mass[index]), mj.body_inertia[index]
     body.ipos, body.iquat = mj.body_ipos[index], mj.body_iquat[index]
+    body.gravcomp = float(mj.body_gravcomp[index])
     for joint, pos, axis in reversed(free):
         own = body.add_joint(
             name=mj.joint(joint).name, type=mujoco.mjtJoint(int(mj.jnt_type[joint])), pos=pos, axis=axis

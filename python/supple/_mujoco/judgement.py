@@ -12,7 +12,7 @@ from .._supple import NativeTask
 from ..checks import Linearisation
 from ..validation import SampledLoop
 
-__all__ = ["Conclusion", "Moves", "conclude"]
+__all__ = ["Conclusion", "Moves", "conclude", "enlarged", "sampled"]
 
 #: Consistency of a filter on MuJoCo from which it is worth a word, and from which the design is broken there.
 DOUBTFUL, BROKEN = 1.5, 10.0
@@ -62,6 +62,25 @@ def sampled(plan: Linearisation, seed: int = 0) -> tuple[Array, Array]:
     return np.array(states), np.array(controls)
 
 
+def enlarged(plan: Linearisation, points: Array, errors: Array) -> float:
+    """How much errors of single steps at points of a plan enlarge innovations beyond what the filter expects, as a mean over
+    the plan: of the normalised innovation squared (I.12), in the linear system."""
+    if not np.isfinite(errors).all():
+        return float("inf")
+    steps = len(plan.controls)
+    each = np.array([np.interp(np.arange(steps), points, column) for column in errors.T]).T
+    error, total = np.zeros(errors.shape[1]), 0.0
+    for t, (A, C) in enumerate(zip(plan.A, plan.C[1:])):
+        P = A @ plan.belief_covariance[t] @ A.T + plan.process_covariance[t]
+        S = C @ P @ C.T + plan.measurement_covariance[t + 1]
+        error = A @ error + each[t]
+        innovation = C @ error
+        weighed = np.linalg.solve(S, innovation)
+        error = error - P @ C.T @ weighed
+        total += float(innovation @ weighed) / len(innovation)
+    return total / steps
+
+
 @dataclass(frozen=True)
 class Moves:
     """Single steps from states of a roll-out under its controls, at points of the plan.
@@ -70,7 +89,8 @@ class Moves:
         plan: The plan.
         points: Numbers of the steps.
         mujoco: States after the steps by MuJoCo, of the robot from states (R, n) under controls (R, m).
-        supple: Makes supple's model of MuJoCo's robot with so many sub-steps; with none, that of the task.
+        unvaried: The same of the robot as it is in the task.
+        supple: Makes supple's model of that robot with so many sub-steps.
         substeps: The sub-steps of the task.
         task: Its name.
         is_settled: Whether MuJoCo's own steps are short enough.
@@ -81,43 +101,29 @@ class Moves:
     plan: Linearisation
     points: Array
     mujoco: Callable[[Array, Array], Array]
-    supple: Callable[[int | None], NativeTask]
+    unvaried: Callable[[Array, Array], Array]
+    supple: Callable[[int], NativeTask]
     substeps: int
     task: str
     is_settled: bool
     asked: str
     contacts: bool
 
-    def _by_supple(self, substeps: int | None, at: tuple[Array, Array]) -> Array:
+    def _by_supple(self, substeps: int, at: tuple[Array, Array]) -> Array:
         task = self.supple(substeps)
         ends = [task.simulate(self.task, u[None], list(x))[1] for x, u in zip(*at)]
         return np.asarray(ends)
 
     def _size(self, errors: Array) -> float:
-        """How much single-step errors at the points enlarge innovations beyond what the filter expects, as a mean over
-        the plan: of the normalised innovation squared (I.12), in the linear system."""
-        if not np.isfinite(errors).all():
-            return float("inf")
-        plan, steps = self.plan, len(self.plan.controls)
-        each = np.array([np.interp(np.arange(steps), self.points, column) for column in errors.T]).T
-        error, total = np.zeros(errors.shape[1]), 0.0
-        for t, (A, C) in enumerate(zip(plan.A, plan.C[1:])):
-            P = A @ plan.belief_covariance[t] @ A.T + plan.process_covariance[t]
-            S = C @ P @ C.T + plan.measurement_covariance[t + 1]
-            error = A @ error + each[t]
-            innovation = C @ error
-            weighed = np.linalg.solve(S, innovation)
-            error = error - P @ C.T @ weighed
-            total += float(innovation @ weighed) / len(innovation)
-        return total / steps
+        return enlarged(self.plan, self.points, errors)
 
     def cause(self, excess: float) -> str:
         """The largest cause of the differences, and what to do; ``excess`` is how much innovations in closed loop are
         larger than the filter expects."""
         states, controls = sampled(self.plan)
         at = states[self.points], controls[self.points]
-        by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
-        varied = coarse - self._by_supple(None, at) if self.asked else np.zeros_like(coarse)
+        by_mujoco, coarse = self.unvaried(*at), self._by_supple(self.substeps, at)
+        varied = self.mujoco(*at) - by_mujoco if self.asked else np.zeros_like(coarse)
         # Double the sub-steps until they have no further effect, or until they reproduce MuJoCo's motion.
         counts = [self.substeps]
         while 2 * counts[-1] <= min(MOST * self.substeps, MOST_SUBSTEPS):
@@ -148,7 +154,7 @@ class Moves:
                 "small differences"
             )
         if most == "varied":
-            return f"the robot differs from supple's model as requested ({self.asked}), which changes steps most"
+            return f"the robot differs from supple's model as requested ({self.asked}), which has the largest effect"
         if most == "coarse":
             moved = "moves as MuJoCo does" if is_enough else "comes nearer to MuJoCo's motion"
             shown = f"with {fine} sub-steps supple {moved}, with {self.substeps} it does not"
@@ -157,7 +163,7 @@ class Moves:
             return f"the discretisation of the plan is too coarse ({shown}): use `substeps = {fine}` or {shorter}{more}"
         if self.contacts:
             return (
-                "MuJoCo's own contacts differ from supple's law of contact, which changes steps most: compare with "
+                "MuJoCo's own contacts differ from supple's law of contact, which has the largest effect: compare with "
                 "contact = same, and try a smaller `slip` and `smoothing`"
             )
         return (

@@ -10,6 +10,7 @@ import numpy as np
 
 from .._records import Array
 from ..errors import UsageError
+from .bodies import FLUID
 from .laws import turned, turned_back
 from .robot import POINT, Robot, compiled
 from .simulator import QUIET
@@ -38,8 +39,8 @@ class Plant:
         every = mujoco.MjSpec()
         # Keep the masses unchanged: the bounds in the robot file have been applied already.
         single = compiled(robot.spec.copy())
-        every.option.gravity = robot.spec.option.gravity
-        every.option.cone = robot.spec.option.cone
+        for key in ("gravity", "cone", *FLUID):
+            setattr(every.option, key, getattr(robot.spec.option, key))
         every.compiler.boundmass, every.compiler.boundinertia = 1e-12, 1e-15
         for copy in range(copies):
             every.attach(robot.spec.copy(), prefix=f"{copy}:", frame=every.worldbody.add_frame())

@@ -12,7 +12,7 @@ from .._records import Array
 from ..errors import FileError, UsageError
 from .bodies import again, bodies
 from .laws import Bushing, Contact, ElasticJoint, Law, Spring, law, numbers
-from .sdf import quaternion_of, turn_of
+from .rotations import quaternion_of, turn_of
 
 __all__ = ["FACTORS", "Robot", "compiled"]
 
@@ -26,7 +26,7 @@ FRAME, DRIVE = {"on", "position", "rpy"}, {"gear", "rotor_inertia", "kp", "kv"}
 #: Speed over which friction in joints builds up where the task says nothing, rad/s or m/s.
 SMOOTHING = 1e-2
 #: Factors on numbers of the robot's file.
-FACTORS = ("mass", "damping")
+FACTORS = ("mass", "damping", "stiffness", "friction")
 #: Radius of the spheres that stand for points where MuJoCo's own contacts are used, m.
 POINT = 1e-3
 #: Impedance of MuJoCo's own contacts: small, so that they are springs and dampers.
@@ -157,12 +157,20 @@ class Robot:
                 joint.springref = given["rest"]
 
     def _scale(self, factors: Mapping[str, float]) -> None:
-        mass, damping = factors.get("mass", 1.0), factors.get("damping", 1.0)
+        mass, damping, stiffness, friction = (factors.get(name, 1.0) for name in FACTORS)
         for body in self.spec.bodies[1:]:
             body.mass *= mass
             self._scale_inertia(body, mass)
-        for joint in self.spec.joints:
+        joints = list(self.spec.joints)
+        #: Which factors multiply any number of the file.
+        self.scaled = {"mass"}
+        self.scaled |= {"damping"} if any(_linear(joint.damping) for joint in joints) else set()
+        self.scaled |= {"stiffness"} if any(_linear(joint.stiffness) for joint in joints) else set()
+        self.scaled |= {"friction"} if any(joint.frictionloss for joint in joints) else set()
+        for joint in joints:
             _set(joint, "damping", damping * _linear(joint.damping))
+            _set(joint, "stiffness", stiffness * _linear(joint.stiffness))
+            joint.frictionloss *= friction
 
     def _scale_inertia(self, body: mujoco.MjsBody, factor: float) -> None:
         body.inertia = np.array(body.inertia) * factor
@@ -209,7 +217,8 @@ class Robot:
         for column, name in enumerate(self.joints):
             self.G[self.row[name], column] = 1.0
         # Repeated, as followers may follow other followers.
-        for equality in [*self.spec.equalities] * len(self.spec.equalities):
+        follows = [one for one in self.spec.equalities if one.type == mujoco.mjtEq.mjEQ_JOINT]
+        for equality in follows * len(follows):
             data = np.asarray(equality.data[:5])
             here, there = self.row[equality.name1], self.row[equality.name2]
             if data[2:].any():

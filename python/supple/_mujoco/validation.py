@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -20,7 +20,7 @@ from ..reports import Consistency
 from ..results import Design, Evaluation
 from ..task import Task
 from ..validation import SampledLoop, TaskValidation, Validation
-from .judgement import Moves, conclude, sampled
+from .judgement import Moves, conclude, enlarged, sampled
 from .plant import Plant
 from .robot import FACTORS, Robot
 
@@ -48,8 +48,9 @@ VARY: dict[str, list[tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "contact.dissipation": [(("contact",), ("dissipation",))],
 }
 
-#: MuJoCo's steps are short enough where halving them changes velocities by this share of what a step of the task does.
-CONVERGED = 1e-2
+#: MuJoCo's steps are short enough where halving them changes velocities by this share of what a step of the task does, and
+#: innovations by this share of what the filter expects.
+CONVERGED, ENLARGED = 1e-2, 5e-3
 FEWEST, MOST = 4, 128
 #: Points of the plan at which that is looked at.
 LOOKED_AT = 64
@@ -67,7 +68,7 @@ def validate(
 
     MuJoCo reads the robot's file itself. Bodies, springs, elastic joints, drives and damping are MuJoCo's own; bushings,
     friction in joints and supple's law of contact are applied at each of its steps, of which there are as many in a time step
-    as it takes for the motion to change no more, at most 128. Noise is that of the task: roll-out ``i`` has the same random numbers on both.
+    as it takes for motion and measurements to change no more, at most 128, or four times the sub-steps of the task. Noise is that of the task: roll-out ``i`` has the same random numbers on both.
     Measurements, costs and contacts are supple's functions of MuJoCo's states.
 
     Args:
@@ -78,7 +79,8 @@ def validate(
             that of the law at the mean force of the plan, and its friction is dry.
         vary: Factors on numbers of MuJoCo's robot, of which plan, gains and filter know nothing, by the names of
             :data:`supple.mujoco.VARY`: ``mass`` (and moments of inertia) of all links; ``damping`` of joints, motors, springs,
-            mounts and bushings; ``stiffness`` of springs, mounts, elastic joints and bushings; ``friction`` of contacts;
+            mounts and bushings; ``stiffness`` of joints, springs, mounts, elastic joints and bushings; ``friction`` of joints and
+            contacts;
             ``contact.stiffness`` and ``contact.dissipation``. Where a number is a parameter, the parameter is multiplied,
             and expressions of it change with it.
         at: The design: of a task or an evaluation ``start``, as it is; of a design search the ``optimum`` it found, which is
@@ -88,7 +90,7 @@ def validate(
 
     Raises:
         UsageError: Where the task is not one of a robot from a file, has something that MuJoCo's twin of it has not, or a name
-            or number is wrong.
+            or number is wrong, or a factor multiplies nothing.
         ComputeError: Where the design has no plan.
     """
     check_choice("contact", [contact], ["same", "mujoco"])
@@ -118,10 +120,10 @@ def _factors(vary: Mapping[str, float]) -> dict[str, float]:
     found = {}
     for name, factor in vary.items():
         if name not in VARY:
-            raise UsageError(f"vary: there is no `{name}`; there is {', '.join(VARY)}")
+            raise UsageError(f"vary: unknown quantity `{name}`; valid: {', '.join(VARY)}")
         number = finite(f"vary: {name}", factor)
         if number is None or number < 0.0 or (name == "mass" and number == 0.0):
-            raise UsageError(f"vary: {name}={factor!r}: a factor {'above' if name == 'mass' else 'of at least'} 0")
+            raise UsageError(f"vary: {name}={factor!r}: must be {'above' if name == 'mass' else 'at least'} 0")
         found[name] = number
     return found
 
@@ -152,7 +154,14 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     if plan.status in ("indefinite", "not_finite"):
         raise ComputeError(f"the plan of `{name}` ended as {plan.status}: there is no controller to validate")
     truth = _truth(task._native, factors)
-    robot, points, trial, is_settled = _trial(truth, name, plan, contact == "mujoco", factors)
+    substeps = int(json.loads(task._native.tables())["model"].get("substeps", 1))
+    robot, points, trial, is_settled = _trial(truth, name, (plan, substeps), contact == "mujoco", factors)
+    idle = [key for key in factors if key not in robot.scaled and not _varied(task._native, {key: factors[key]})]
+    if idle:
+        raise UsageError(f"vary: {idle[0]}: the robot of `{name}` has nothing that it would multiply")
+    unvaried = trial
+    if factors:
+        _, _, unvaried, _ = _trial(task._native, name, (plan, substeps), contact == "mujoco", {}, trial.substeps)
     plant = Plant(robot, sizes[0], plan.time_step, trial.substeps)
 
     def step(states: Array, controls: Array, _: int) -> Array:
@@ -174,8 +183,9 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         plan=plan,
         points=points,
         mujoco=trial.step,
-        supple=lambda count: task._native if count is None else _truth(task._native, factors, count),
-        substeps=int(json.loads(task._native.tables())["model"].get("substeps", 1)),
+        unvaried=unvaried.step,
+        supple=lambda count: _truth(task._native, {}, count),
+        substeps=substeps,
         task=name,
         is_settled=is_settled,
         asked=", ".join(f"{key} x {factor:g}" for key, factor in factors.items()),
@@ -203,8 +213,20 @@ def _truth(task: NativeTask, factors: Mapping[str, float], substeps: int | None 
     if not factors and substeps is None:
         return task
     values = task.values()
-    changes: list[tuple[str, str, str, list[float | str]]] = []
-    parameters: dict[str, float] = {}
+    varied = _varied(task, factors)
+    parameters = {
+        entry: factor * values[entry] for _, _, _, entries, factor in varied for entry in entries if entry in values
+    }
+    changes = [
+        (kept, name, key, [_scaled(entry, factor, values) for entry in entries])
+        for kept, name, key, entries, factor in varied
+    ]
+    return task.changed(changes, list(parameters.items()), substeps)
+
+
+def _varied(task: NativeTask, factors: Mapping[str, float]) -> list[tuple[str, str, str, list[float | str], float]]:
+    """Numbers of the task's compliance and mounts that factors multiply: list and name of the element, key, entries, factor."""
+    found: list[tuple[str, str, str, list[float | str], float]] = []
     model = json.loads(task.tables()).get("model", {})
     elements = [(kept, element) for kept in ("compliance", "insert") for element in model.get(kept, [])]
     for kept, element in elements:
@@ -213,9 +235,9 @@ def _truth(task: NativeTask, factors: Mapping[str, float], substeps: int | None 
             for key in [key for kinds, keys in VARY[name] if kind in kinds for key in keys]:
                 given = element.get(key, 0.0)
                 entries = given if isinstance(given, list) else [given]
-                parameters |= {entry: factor * values[entry] for entry in entries if entry in values}
-                changes.append((kept, element["name"], key, [_scaled(entry, factor, values) for entry in entries]))
-    return task.changed(changes, list(parameters.items()), substeps)
+                if any(entries):
+                    found.append((kept, element["name"], key, entries, factor))
+    return found
 
 
 def _scaled(entry: float | str, factor: float, values: Mapping[str, float]) -> float | str:
@@ -242,9 +264,16 @@ class _Values(Mapping[str, float]):
 
 
 def _trial(
-    truth: NativeTask, name: str, plan: Linearisation, own_contacts: bool, factors: Mapping[str, float]
+    truth: NativeTask,
+    name: str,
+    planned: tuple[Linearisation, int],
+    own_contacts: bool,
+    factors: Mapping[str, float],
+    steps: int | None = None,
 ) -> tuple[Robot, Array, Plant, bool]:
-    """The robot on MuJoCo, points of the plan, copies for these points, and whether their steps are short enough."""
+    """The robot on MuJoCo, points of the plan, copies for these points, and whether their steps are short enough: so many in
+    a time step where that is given. The plan is given with the sub-steps of the task."""
+    plan, substeps = planned
     model = json.loads(truth.tables())["model"]
     sources = truth.sources()
     folder = Path(sources[0][0]).parent
@@ -259,27 +288,33 @@ def _trial(
     if own_contacts and robot.contacts:
         robot = make(trial.mean_forces(plan.states[points], plan.controls[points]))
         trial = Plant(robot, len(points), plan.time_step, FEWEST)
+    if steps is not None:
+        trial.substeps = steps
+        return robot, points, trial, True
     # About the plan, contacts slip and stick as they do not on it.
     x, u = sampled(plan)
-    is_settled = settle(trial, x[points], u[points])
+    most = max(MOST, 4 * substeps)
+    is_settled = settle(trial, (x[points], u[points]), most, lambda errors: enlarged(plan, points, errors))
     return robot, points, trial, is_settled
 
 
-def settle(plant: Plant, states: Array, controls: Array) -> bool:
-    """Increases a plant's steps until halving them changes velocities by no more than :data:`CONVERGED`,
-    as root mean square over points, relative to their change in a step of the task; at most
-    :data:`MOST`, and returns false if these are too few."""
-    rates = slice(plant.moving, 2 * plant.moving)
+def settle(plant: Plant, at: tuple[Array, Array], most: int, size: Callable[[Array], float]) -> bool:
+    """Increases a plant's steps until halving them changes velocities by no more than :data:`CONVERGED`, as root mean square
+    over points, relative to their change in a step of the task, and what the filter sees, by ``size``, by no more than
+    :data:`ENLARGED`. There are at most so many; returns false if these are too few for the velocities."""
+    states, rates = at[0], slice(plant.moving, 2 * plant.moving)
     plant.substeps = FEWEST
-    coarse = plant.step(states, controls)
-    while plant.substeps < MOST:
+    coarse, moves_alike = plant.step(*at), False
+    while plant.substeps < most:
         plant.substeps *= 2
-        fine = plant.step(states, controls)
+        fine = plant.step(*at)
         change = np.sqrt(np.nanmean((fine - states)[:, rates] ** 2, axis=0))
-        if (np.sqrt(np.mean((fine - coarse)[:, rates] ** 2, axis=0)) <= CONVERGED * change + 1e-12).all():
-            return True
+        differs = np.sqrt(np.mean((fine - coarse)[:, rates] ** 2, axis=0))
+        moves_alike = bool((differs <= CONVERGED * change + 1e-12).all())
+        if moves_alike and size(fine - coarse) <= ENLARGED:
+            break
         coarse = fine
-    return False
+    return moves_alike
 
 
 def deviations(plan: Linearisation) -> Array:

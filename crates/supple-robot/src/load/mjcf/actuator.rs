@@ -49,6 +49,15 @@ impl<'a> Reader<'a, '_> {
                 }
             }
         }
+        if self.actuators.kept.is_empty()
+            && self.omitted.iter().any(|omitted| omitted.what == "actuator")
+            && let Some(at) = root.all("actuator").next()
+        {
+            self.parts.warnings.note("no actuator", at, || {
+                "no actuator of the file is supported: tasks have a control for each joint instead, an effort"
+                    .to_owned()
+            });
+        }
         self.name_actuators();
         Ok(())
     }

@@ -34,7 +34,9 @@ impl Version {
         };
         let version = Self(major, minor);
         if version < Self::OLDEST {
-            warnings.note("version", at, || format!("version {text} is older than 1.6, and is read as if it were 1.6"));
+            warnings.note("version", at, || {
+                format!("version {text} is older than 1.6: it is read as 1.6, with axes as in {text}")
+            });
         }
         if version > Self::NEWEST {
             warnings
