@@ -65,7 +65,7 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     "lower the `bound` of {}: it can be met without measurements, so it gives no requirement for the sensors; `supple sensors` shows the cost without sensors",
                     met_blindly(report).unwrap_or_default()
                 ),
-                (_, false) => format!("wider bounds for {}: the optimum is at a bound", listed(&at_bounds)),
+                (_, false) => format!("widen the bounds of {}: the optimum is at one of them", listed(&at_bounds)),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 // Along a single parameter, a search that converged is seldom one of several.
                 _ if same <= 1 && (worse > 0 || about.parameters.design().len() > 1) => {
@@ -85,11 +85,11 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
 
 /// The limits that a design misses, with the values that it would keep.
 fn raise(at: &Evaluation) -> String {
-    let missed = at.tasks.iter().find(|task| at.missed_bound(task).is_some());
-    let bound = missed.map(|task| format!("the `bound` of {} to {}", task.name, number(task.cost.expected)));
+    let missed = at.tasks.iter().filter(|task| at.missed_bound(task).is_some());
+    let bounds = missed.map(|task| format!("the `bound` of {} to {}", task.name, number(task.cost.expected)));
     let price = at.price.as_ref().filter(|_| at.exceeded_budget().is_some());
     let budget = price.map(|price| format!("the `budget` to {}", number(price.total)));
-    let limits: Vec<String> = bound.into_iter().chain(budget).collect();
+    let limits: Vec<String> = bounds.chain(budget).collect();
     format!("raise {}", if limits.is_empty() { "the limits".to_owned() } else { listed(&limits) })
 }
 
@@ -129,7 +129,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     let name = &task.name;
     if task.status == PlanStatus::LimitsExceeded {
         return Some(format!(
-            "wider limits, more time, stronger drives or another initial state: no plan of {name} was found that satisfies its enforced limits"
+            "widen the enforced limits of {name}, allow more time, or give it stronger drives or another initial state: no plan within these limits was found"
         ));
     }
     if !task.status.is_converged() {
