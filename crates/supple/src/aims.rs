@@ -149,6 +149,7 @@ pub(crate) struct Unmeasured {
 /// information is computed.
 const BELOW: f64 = 1e-4;
 
+/// A task when nothing is ever measured, about its plan.
 ///
 /// # Errors
 /// If no least-cost control law exists along the plan, or the plan is not a strict local optimum.

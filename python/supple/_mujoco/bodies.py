@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,7 +14,7 @@ from .._supple import as_mjcf
 from ..errors import FileError, UsageError
 from .rotations import quaternion_of
 
-__all__ = ["Bodies", "again", "bodies"]
+__all__ = ["FLUID", "Bodies", "again", "bodies", "set_linear"]
 
 _INERTIA_FROM_GEOMS = 1
 #: What links without mass and moments of inertia are given, kg and kg m^2: MuJoCo refuses them where they move.
@@ -227,10 +228,15 @@ def _couplings(mj: mujoco.MjModel, spec: mujoco.MjSpec, held: Mapping[int, float
                 )
         tendon.springlength = np.array(mj.tendon_lengthspring[index]) - shift
         for key, value in forces.items():
-            given = np.array(getattr(tendon, key), dtype=np.float64)
-            if given.ndim:
-                given[0] = value
-            setattr(tendon, key, given if given.ndim else float(value))
+            set_linear(tendon, key, float(np.ravel(value)[0]))
+
+
+def set_linear(element: Any, key: str, value: float) -> None:
+    """Sets a stiffness or a damping, which recent versions of MuJoCo have as polynomials."""
+    polynomial = np.array(getattr(element, key), dtype=np.float64)
+    if polynomial.ndim:
+        polynomial[0] = value
+    setattr(element, key, polynomial if polynomial.ndim else value)
 
 
 def _hung(mj: mujoco.MjModel, carried: Mapping[str, str]) -> dict[int, int]:
@@ -300,10 +306,7 @@ def _body(
         own.ref, own.springref = mj.qpos0[at], mj.qpos_spring[at]
         own.armature, own.frictionloss = mj.dof_armature[dof], mj.dof_frictionloss[dof]
         for key, value in (("stiffness", mj.jnt_stiffness[joint]), ("damping", mj.dof_damping[dof])):
-            polynomial = np.array(getattr(own, key), dtype=np.float64)
-            if polynomial.ndim:
-                polynomial[0] = value
-            setattr(own, key, polynomial if polynomial.ndim else float(value))
+            set_linear(own, key, float(value))
     return body
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._records import Array
 from ..errors import FileError, UsageError
-from .bodies import again, bodies
+from .bodies import again, bodies, set_linear
 from .laws import Bushing, Contact, ElasticJoint, Law, Spring, law, numbers
 from .rotations import quaternion_of, turn_of
 
@@ -149,8 +149,8 @@ class Robot:
             joint, given = self.spec.joint(name), {key: numbers(entry, self._values) for key, entry in table.items()}
             if joint is None:
                 raise UsageError(f"joints: `{name}` is not among MuJoCo's joints that move")
-            _set(joint, "damping", given.get("damping", _linear(joint.damping)))
-            _set(joint, "stiffness", given.get("stiffness", _linear(joint.stiffness)))
+            set_linear(joint, "damping", given.get("damping", _linear(joint.damping)))
+            set_linear(joint, "stiffness", given.get("stiffness", _linear(joint.stiffness)))
             joint.frictionloss = given.get("friction", joint.frictionloss)
             joint.armature = given.get("armature", joint.armature)
             if "rest" in given:
@@ -168,8 +168,8 @@ class Robot:
         self.scaled |= {"stiffness"} if any(_linear(joint.stiffness) for joint in joints) else set()
         self.scaled |= {"friction"} if any(joint.frictionloss for joint in joints) else set()
         for joint in joints:
-            _set(joint, "damping", damping * _linear(joint.damping))
-            _set(joint, "stiffness", stiffness * _linear(joint.stiffness))
+            set_linear(joint, "damping", damping * _linear(joint.damping))
+            set_linear(joint, "stiffness", stiffness * _linear(joint.stiffness))
             joint.frictionloss *= friction
 
     def _scale_inertia(self, body: mujoco.MjsBody, factor: float) -> None:
@@ -244,18 +244,18 @@ class Robot:
         stiffness = before + spring.stiffness
         if stiffness > 0.0:
             joint.springref = (before * joint.springref + spring.stiffness * spring.rest) / stiffness
-        _set(joint, "stiffness", stiffness)
-        _set(joint, "damping", _linear(joint.damping) + spring.damping)
+        set_linear(joint, "stiffness", stiffness)
+        set_linear(joint, "damping", _linear(joint.damping) + spring.damping)
 
     def _add_motor(self, name: str, motor: ElasticJoint) -> None:
         """A body that turns by itself, and a tendon to the joint."""
         body = self.spec.worldbody.add_body(name=f"motor {name}", mass=1.0, inertia=[motor.motor_inertia] * 3)
         body.explicitinertial = True
         rotor = body.add_joint(name=f"motor {name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
-        _set(rotor, "damping", motor.motor_damping)
+        set_linear(rotor, "damping", motor.motor_damping)
         tendon = self.spec.add_tendon(name=f"motor {name}", springlength=[0.0, 0.0])
-        _set(tendon, "stiffness", motor.stiffness)
-        _set(tendon, "damping", motor.damping)
+        set_linear(tendon, "stiffness", motor.stiffness)
+        set_linear(tendon, "damping", motor.damping)
         tendon.wrap_joint(f"motor {name}", 1.0)
         tendon.wrap_joint(motor.joint, -1.0)
 
@@ -378,10 +378,3 @@ def _change(drive: mujoco.MjsActuator, table: Mapping[str, float]) -> None:
 def _linear(given: Any) -> float:
     """Stiffness or damping: recent versions of MuJoCo have polynomials."""
     return float(np.ravel(given)[0])
-
-
-def _set(element: Any, key: str, value: float) -> None:
-    polynomial = np.array(getattr(element, key), dtype=np.float64)
-    if polynomial.ndim:
-        polynomial[0] = value
-    setattr(element, key, polynomial if polynomial.ndim else value)

@@ -72,7 +72,7 @@ impl Limited {
             Self::Cost(task) => Some(&visit.tasks[task]).map(|at| (at, at.cost, &*at.cost_gradient)),
             Self::Unmeasured(task) => {
                 let at = &visit.tasks[task];
-                at.unmeasured.as_ref().map(|Unmeasured { cost, gradient, .. }| (at, *cost, &**gradient))
+                at.unmeasured.as_ref().map(|Unmeasured { cost, gradient }| (at, *cost, &**gradient))
             }
             Self::Price => None,
         }
