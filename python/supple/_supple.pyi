@@ -20,6 +20,7 @@ __all__ = [
     "SweepCollector",
     "Units",
     "__version__",
+    "as_mjcf",
     "check_covariance",
     "instructions",
     "most_steps",
