@@ -38,6 +38,9 @@ impl CostParts {
 
 /// The expected cost of a plant under its optimal controller, `nominal` without noise.
 ///
+/// # Panics
+/// If policy, belief and noise do not fit each other.
+///
 /// ```
 /// use supple_lqg::{Belief, Knots, LinearQuadratic, Noise, Policy, Regularisation};
 /// use supple_lqg::{constant, cost_parts, kalman, solve_riccati};
@@ -57,7 +60,11 @@ impl CostParts {
 #[must_use]
 pub fn cost_parts(nominal: f64, policy: &Policy, belief: &Belief, noise: &Noise) -> CostParts {
     let (xi, s) = (&policy.value_of_information, &policy.curvature);
-    let steps = xi.count();
+    let (n, steps) = (xi.rows(), xi.count());
+    for (array, count) in [(&belief.corrected, steps), (&noise.process, steps), (&noise.initial, 1)] {
+        let fits = (array.rows(), array.cols()) == (n, n) && (array.is_constant() || array.count() >= count);
+        assert!(fits, "policy, belief and noise do not fit each other");
+    }
     CostParts {
         nominal,
         belief: 0.5 * (0..steps).map(|t| trace_of_product(xi, &belief.corrected, t, t)).sum::<f64>(),

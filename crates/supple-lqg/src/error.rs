@@ -87,6 +87,24 @@ pub enum Error {
         /// The index of a measurement of the other.
         second: usize,
     },
+    /// A candidate sensor with a price that none can have.
+    #[error("sensor `{sensor}` has the price {price:?}; valid: 0 or more")]
+    SensorPrice {
+        /// Its name.
+        sensor: String,
+        /// Its price.
+        price: f64,
+    },
+    /// A measurement that belongs to two candidate sensors, or twice to one.
+    #[error("measurement {row} belongs to sensor `{first}` and again to `{second}`; it may belong to one")]
+    SharedMeasurement {
+        /// The index of the measurement.
+        row: usize,
+        /// The name of a sensor.
+        first: String,
+        /// The name of the other, or the same.
+        second: String,
+    },
     /// No set of sensors within the limits is good enough.
     #[error(
         "no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}"

@@ -4,6 +4,7 @@ use supple_kernels::Matrices;
 
 use crate::Error;
 use crate::arrays::Entries;
+use crate::given::{COST, Given, check_some};
 
 /// Lengths of a model's vectors.
 ///
@@ -43,7 +44,7 @@ pub struct Knots {
     pub dynamics: Matrices,
     /// `C`, p x n, N + 1 of them.
     pub measurement: Matrices,
-    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
+    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them; `l_zz` is symmetric, and sweeps read its lower triangle.
     pub cost: Matrices,
     /// Which state each measurement is, if every one is a single state, so that `C` only selects states.
     pub picks: Option<Vec<usize>>,
@@ -66,6 +67,19 @@ pub struct LinearQuadratic<'a> {
     pub r: &'a dyn Entries,
 }
 
+/// The symmetric part of a square matrix.
+struct Symmetric<'a>(&'a dyn Entries);
+
+impl Entries for Symmetric<'_> {
+    fn shape(&self) -> (usize, usize) {
+        self.0.shape()
+    }
+
+    fn entry(&self, row: usize, col: usize) -> f64 {
+        0.5 * (self.0.entry(row, col) + self.0.entry(col, row))
+    }
+}
+
 impl Knots {
     /// Zero knots for `steps` steps.
     #[must_use]
@@ -81,7 +95,7 @@ impl Knots {
     }
 
     /// Knots of `x+ = A x + B u`, `y = C x` over `steps` steps, with the cost `1/2 (x' Q x + u' R u)` at each and `1/2 x' Q
-    /// x` at the end.
+    /// x` at the end. Of `Q` and `R` only the symmetric parts count, as in the cost.
     ///
     /// # Errors
     /// If the shapes do not fit.
@@ -117,9 +131,9 @@ impl Knots {
                 }
             };
             place(&mut knots.measurement, (0, 0), c);
-            place(&mut knots.cost, (0, 0), q);
+            place(&mut knots.cost, (0, 0), &Symmetric(q));
             if t < steps {
-                place(&mut knots.cost, (n, n), r);
+                place(&mut knots.cost, (n, n), &Symmetric(r));
                 place(&mut knots.dynamics, (0, 0), a);
                 place(&mut knots.dynamics, (0, n), b);
             }
@@ -131,6 +145,30 @@ impl Knots {
     #[must_use]
     pub fn steps(&self) -> usize {
         self.dynamics.count()
+    }
+
+    /// Whether the arrays fit the dimensions and each other.
+    ///
+    /// # Errors
+    /// Which one does not; or that there is no state.
+    pub fn check_shapes(&self) -> Result<(), Error> {
+        let Dimensions { states: n, measurements: p, .. } = self.dimensions;
+        let (joint, steps) = (self.dimensions.joint(), self.steps());
+        check_some("the state", n)?;
+        let arrays = [
+            Given { what: "the dynamics [A B]", array: &self.dynamics, shape: (n, joint), count: 0 },
+            Given { what: "the measurement matrix C", array: &self.measurement, shape: (p, n), count: steps + 1 },
+            Given { what: COST, array: &self.cost, shape: (joint, joint + 1), count: steps + 1 },
+        ];
+        arrays.iter().try_for_each(Given::check_shape)?;
+        let Some(picks) = &self.picks else { return Ok(()) };
+        if picks.len() != p {
+            return Err(Error::Shape { what: "the list of picked states".into(), found: picks.len(), expected: p });
+        }
+        match picks.iter().find(|&&state| state >= n) {
+            Some(&found) => Err(Error::TooMany { what: "the index of a picked state".into(), found, most: n - 1 }),
+            None => Ok(()),
+        }
     }
 
     /// The first step with an entry that is not finite, as an error.

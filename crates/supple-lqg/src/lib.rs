@@ -65,6 +65,7 @@ mod cost;
 #[doc(hidden)]
 pub mod dense;
 mod error;
+mod given;
 mod information;
 mod knots;
 mod noise;

@@ -2,6 +2,10 @@
 
 use supple_kernels::Matrices;
 
+use crate::Error;
+use crate::given::{Given, INITIAL, MEASUREMENT, PROCESS};
+use crate::knots::Dimensions;
+
 /// Noise: covariance matrices of each step, or constant ones that hold at every step.
 ///
 /// Example: the [front page](crate).
@@ -24,6 +28,46 @@ impl Noise {
             process: Matrices::constant(states, states),
             measurement: Matrices::constant(measurements, measurements),
         }
+    }
+
+    /// Whether the arrays fit a plant over `steps` steps.
+    ///
+    /// # Errors
+    /// Which one does not.
+    pub fn check_shapes(&self, dimensions: Dimensions, steps: usize) -> Result<(), Error> {
+        self.given(dimensions, steps).iter().try_for_each(Given::check_shape)
+    }
+
+    /// Whether the arrays fit a plant over `steps` steps and are finite, and `X_0` and `W` are symmetric and positive
+    /// semidefinite. Whether `V` is positive definite is found where it is factorised.
+    ///
+    /// # Errors
+    /// Which one is not, and where.
+    ///
+    /// ```
+    /// use supple_lqg::{Dimensions, Noise, constant};
+    ///
+    /// let mut noise = Noise::zeros(2, 1);
+    /// noise.process = constant(&[[1.0, 2.0], [2.0, 1.0]]);
+    /// let found = noise.check(Dimensions { states: 2, controls: 1, measurements: 1 }, 10);
+    /// let message = found.err().map(|error| error.to_string());
+    /// let what = "the process covariance must be symmetric and positive semidefinite; at step 0 entry [1][0] is 2.0, ";
+    /// assert!(message.is_some_and(|message| message.starts_with(what)));
+    /// ```
+    pub fn check(&self, dimensions: Dimensions, steps: usize) -> Result<(), Error> {
+        let [initial, process, measurement] = self.given(dimensions, steps);
+        initial.check_covariance()?;
+        process.check_covariance()?;
+        measurement.check_finite()
+    }
+
+    /// `X_0`, `W` and `V`.
+    fn given(&self, Dimensions { states: n, measurements: p, .. }: Dimensions, steps: usize) -> [Given<'_>; 3] {
+        [
+            Given { what: INITIAL, array: &self.initial, shape: (n, n), count: 1 },
+            Given { what: PROCESS, array: &self.process, shape: (n, n), count: steps },
+            Given { what: MEASUREMENT, array: &self.measurement, shape: (p, p), count: steps + 1 },
+        ]
     }
 
     /// Whether `V` is diagonal at every step, so that measurements can be taken one at a time.

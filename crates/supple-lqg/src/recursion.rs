@@ -27,6 +27,8 @@ pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
 
 /// The largest modulus of the eigenvalues, by Gelfand's formula `lim |M^k|^(1/k)` with k = 2^40.
 ///
+/// 0 for matrices of zeros, and infinite or not a number where an entry is.
+///
 /// Always forty products: eigenvalue iterations may not converge if some eigenvalues are equal.
 ///
 /// ```
@@ -37,7 +39,13 @@ pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
 /// ```
 #[must_use]
 pub fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
-    let (mut logarithm, mut share) = (0.0, 1.0);
+    // Scaled first, as squares of large entries are infinite.
+    let size = matrix.amax();
+    if size == 0.0 || !size.is_finite() {
+        return size;
+    }
+    matrix /= size;
+    let (mut logarithm, mut share) = (math::ln(size), 1.0);
     for _ in 0..40 {
         let norm = matrix.norm();
         if norm == 0.0 {

@@ -8,6 +8,7 @@ use supple_kernels::math;
 use super::state::{Belief, Form};
 use crate::Error;
 use crate::dense::{beside, cholesky, dense, store, symmetric};
+use crate::given::MEASUREMENT;
 use crate::knots::Knots;
 use crate::noise::Noise;
 
@@ -129,8 +130,7 @@ pub(super) fn sweep(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result
             factor = beside(a * factor, &w);
             store(&mut belief.predicted, t, &symmetric(&factor * factor.transpose()));
         }
-        let g =
-            at(&measurement, t).ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step: t })?;
+        let g = at(&measurement, t).ok_or(Error::NotPositiveDefinite { what: MEASUREMENT, step: t })?;
         let corrected = Corrected::of(&factor, &dense(&knots.measurement, t), &g)
             .ok_or(Error::NotFinite { what: "the innovation covariance", step: t })?;
         corrected.keep(t, belief);

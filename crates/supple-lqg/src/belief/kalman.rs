@@ -26,10 +26,14 @@ use crate::shape::{Shape, by_length};
 /// not sufficient, for example with two sensors of very different precision, the square-root form is used (B.2d).
 ///
 /// # Errors
-/// If `V` is not positive definite, or a number is not finite; with many states, also if a stop is requested.
+/// If arrays do not fit each other, `X_0` or `W` is not symmetric and positive semidefinite, `V` is not positive definite, or
+/// a number is not finite; with many states, also if a stop is requested.
 ///
 /// Example: the [front page](crate).
 pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
+    knots.check_shapes()?;
+    noise.check(knots.dimensions, knots.steps())?;
+    belief.check_shapes(knots.dimensions, knots.steps())?;
     dispatch(Sweep { knots, noise, belief, heeds_stop: true })
 }
 

@@ -1,6 +1,9 @@
 use supple_kernels::rows::{add_scaled, scale};
 use supple_kernels::{Lanes, Matrices, padded};
 
+use crate::Error;
+use crate::given::{Given, check_count};
+use crate::knots::Dimensions;
 use crate::transport::Transport;
 
 /// The belief along a trajectory: covariances, gains and innovation factors.
@@ -74,6 +77,13 @@ impl Belief {
                 column: Matrices::vectors(1, p),
             },
         }
+    }
+
+    /// Whether its arrays are of `steps` steps and these sizes.
+    pub(crate) fn check_shapes(&self, dimensions: Dimensions, steps: usize) -> Result<(), Error> {
+        let Dimensions { states: n, measurements: p, .. } = dimensions;
+        Given { what: "the belief's gain", array: &self.gain_transposed, shape: (p, n), count: 0 }.check_shape()?;
+        check_count("the belief", self.gain_transposed.count(), steps + 1)
     }
 
     /// The columns of a factor, n x p, of the covariance reduction by the measurements at step `t`, `L S^y L' = P - Sigma`,

@@ -10,9 +10,17 @@ use crate::riccati::Policy;
 
 impl Horizon {
     /// The horizon along knots, with the prices of a policy and the cost of the plan itself.
+    ///
+    /// # Panics
+    /// If knots, policy and noise do not fit each other.
     #[must_use]
     pub fn along(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Self {
         let (n, steps) = (knots.dimensions.states, knots.steps());
+        let fits = knots
+            .check_shapes()
+            .and_then(|()| policy.check_shapes((n, knots.dimensions.controls), steps))
+            .and_then(|()| noise.check_shapes(knots.dimensions, steps));
+        assert!(fits.is_ok(), "knots, policy and noise do not fit each other: {fits:?}");
         let mut dynamics = Matrices::zeros(steps, n, n);
         let mut prices = Matrices::zeros(steps, n, n);
         for t in 0..steps {

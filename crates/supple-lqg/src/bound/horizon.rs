@@ -4,6 +4,7 @@ use supple_kernels::Matrices;
 
 use crate::Error;
 use crate::dense::dense;
+use crate::given::{Given, INITIAL, PROCESS};
 use crate::semidefinite::semidefinite_root;
 
 /// A linear system over T decisions with a cost of state uncertainty at each; sensors and controllers are left open.
@@ -63,24 +64,11 @@ impl Horizon {
         let arrays = [
             ("the prices", &self.prices, steps.max(1)),
             ("the dynamics", &self.dynamics, steps.saturating_sub(1)),
-            ("the process covariance", &self.process, steps.saturating_sub(1)),
-            ("the covariance of the first state", &self.initial, 1),
+            (PROCESS, &self.process, steps.saturating_sub(1)),
+            (INITIAL, &self.initial, 1),
         ];
         for (what, array, count) in arrays {
-            for (found, expected) in [(array.rows(), n), (array.cols(), n)] {
-                if found != expected {
-                    return Err(Error::Shape { what: format!("a row or column of {what}"), found, expected });
-                }
-            }
-            if !array.is_constant() && array.count() < count {
-                let what = format!("{what} over {steps} decisions");
-                return Err(Error::Shape { what, found: array.count(), expected: count });
-            }
-            for t in 0..array.count() {
-                if !array.at(t).iter().all(|v| v.is_finite()) {
-                    return Err(Error::NotFinite { what, step: t });
-                }
-            }
+            Given { what, array, shape: (n, n), count }.check_finite()?;
         }
         if !self.base_cost.is_finite() {
             return Err(Error::NotFinite { what: "the least expected cost", step: 0 });
@@ -93,8 +81,8 @@ impl Horizon {
     /// Whether covariances and prices are positive semidefinite.
     pub(super) fn check_covariances(&self) -> Result<(), Error> {
         let arrays = [
-            ("the covariance of the first state", &self.initial, 1),
-            ("the process covariance", &self.process, self.steps().saturating_sub(1)),
+            (INITIAL, &self.initial, 1),
+            (PROCESS, &self.process, self.steps().saturating_sub(1)),
             ("the cost of state uncertainty", &self.prices, self.steps()),
         ];
         for (what, array, count) in arrays {
@@ -134,6 +122,21 @@ impl Stationary {
         if found != n {
             return Err(Error::Shape { what: "a column of the states without a cost".into(), found, expected: n });
         }
-        horizon.check()
+        horizon.check()?;
+        check_growth(&self.dynamics)
+    }
+}
+
+/// The largest entry of dynamics whose powers stay within double precision while a covariance settles.
+const MOST_GROWTH: f64 = 1e60;
+
+/// Whether covariances under constant dynamics stay within double precision.
+pub(super) fn check_growth(dynamics: &Matrices) -> Result<(), Error> {
+    match dynamics.at(0).iter().find(|entry| entry.abs() > MOST_GROWTH) {
+        Some(entry) => Err(Error::NoBound {
+            what: format!("the dynamics have the entry {entry:?}, beyond {MOST_GROWTH:?}"),
+            advice: "shorten the time step, or scale the states to similar sizes",
+        }),
+        None => Ok(()),
     }
 }

@@ -56,7 +56,7 @@ pub(super) fn finer(nats: f64, settings: &BoundSettings) -> BoundSettings {
 /// still hold.
 ///
 /// # Errors
-/// Where arrays do not fit or are not finite, covariances or prices are not positive semidefinite, `cost` is not above
+/// Where settings, arrays or their shapes are invalid, covariances or prices are not positive semidefinite, `cost` is not above
 /// `base_cost`, or nothing could be certified.
 ///
 /// Example: the [module](crate::bound).
@@ -95,6 +95,7 @@ pub fn minimum_information_within(
     cost: f64,
     settings: &BoundSettings,
 ) -> Result<MinimumInformation, Error> {
+    settings.check()?;
     horizon.check()?;
     horizon.check_covariances()?;
     // Without noise the least cost itself can be kept without information.
@@ -182,9 +183,14 @@ const ADVICE: &str = "scale the states to similar sizes, shorten the horizon, or
 
 /// A certified iterate, or why there is none.
 pub(super) fn certified(found: Option<Found>, advice: &'static str) -> Result<Found, Error> {
-    found
-        .filter(|found| found.gap.is_finite())
-        .ok_or_else(|| Error::NoBound { what: "rounding is larger than the gap that can be certified".into(), advice })
+    match found {
+        Some(found) if found.gap.is_finite() => Ok(found),
+        Some(Found { status: BoundStatus::MaxIterations, .. }) => {
+            let what = "the Newton steps allowed end before any gap can be certified".into();
+            Err(Error::NoBound { what, advice: "allow more of them" })
+        }
+        _ => Err(Error::NoBound { what: "rounding is larger than the gap that can be certified".into(), advice }),
+    }
 }
 
 /// The solution without any information, if it keeps the cost limit.
@@ -203,7 +209,7 @@ pub(super) fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformati
             covariance = congruence(&dense(&horizon.dynamics, t), &covariance) + dense(&horizon.process, t);
         }
     }
-    (total <= cost).then(|| MinimumInformation {
+    (total <= cost + LEAST_MARGIN * horizon.base_cost.abs()).then(|| MinimumInformation {
         nats: 0.0,
         lower_nats: 0.0,
         cost: total,

@@ -9,6 +9,7 @@ use super::settle::settled;
 use crate::Error;
 use crate::belief::{Belief, kalman};
 use crate::dense::{Dense, dense, eigenvalues, first, joseph, store, symmetric};
+use crate::given::MEASUREMENT;
 use crate::information::control_information;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -64,7 +65,7 @@ pub struct OwnRates {
 pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<Option<OwnRates>, Error> {
     let (a, w) = (dense(&problem.dynamics, 0), dense(&problem.process, 0));
     let (c, v) = (dense(&knots.measurement, 0), dense(&noise.measurement, 0));
-    let indefinite = Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
+    let indefinite = Error::NotPositiveDefinite { what: MEASUREMENT, step: 0 };
     let of_noise = v.clone().cholesky().ok_or(indefinite)?;
     // Does not start from X_0: initial knowledge of an undriven state may still be lost as the state grows.
     let mut predicted = dense(&noise.initial, 0);
@@ -136,7 +137,7 @@ impl Filter<'_> {
 
     fn step(&self, predicted: &Dense) -> Result<Step, Error> {
         let Self { a, w, c, v } = self;
-        let indefinite = || Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
+        let indefinite = || Error::NotPositiveDefinite { what: MEASUREMENT, step: 0 };
         let innovation = symmetric(*c * predicted * c.transpose() + *v).cholesky().ok_or_else(indefinite)?;
         let gain = innovation.solve(&(*c * predicted)).transpose();
         let corrected = joseph(predicted, c, v, &gain);

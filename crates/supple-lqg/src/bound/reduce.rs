@@ -3,6 +3,7 @@
 use super::horizon::Horizon;
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, dense, solve_lower, svd, symmetric};
+use crate::given::{INITIAL, PROCESS};
 use crate::semidefinite::semidefinite_root;
 
 /// Standard deviations below this share of the largest, in units of each state's own, count as none.
@@ -72,9 +73,9 @@ impl Chain {
         let root = |of: &_, t, what| {
             semidefinite_root(&dense(of, t)).map_err(|found| Error::NotPositiveSemidefinite { what, step: t, found })
         };
-        let mut basis = root(&horizon.initial, 0, "the covariance of the first state")?;
+        let mut basis = root(&horizon.initial, 0, INITIAL)?;
         let mut stages = Vec::with_capacity(steps);
-        let mut process_root = root(&horizon.process, 0, "the process covariance")?;
+        let mut process_root = root(&horizon.process, 0, PROCESS)?;
         for t in 0..steps {
             let price = dense(&horizon.prices, t);
             let price = symmetric(basis.transpose() * (price / budget) * &basis);
@@ -88,7 +89,7 @@ impl Chain {
                 break;
             }
             if t > 0 && !horizon.process.is_constant() {
-                process_root = root(&horizon.process, t, "the process covariance")?;
+                process_root = root(&horizon.process, t, PROCESS)?;
             }
             let measured = measured_root(&basis, &price, steps).ok_or_else(unscaled)?;
             let (next, dynamics, process) = reach(&dense(&horizon.dynamics, t), &basis, &process_root, &measured);

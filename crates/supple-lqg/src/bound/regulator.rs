@@ -3,10 +3,11 @@
 use supple_kernels::{Matrices, halt};
 
 use super::free::{costly, matrix, of_matrix};
-use super::horizon::Stationary;
+use super::horizon::{Stationary, check_growth};
 use super::verify::{Quotient, SteadyLaw, Unsettled, steady_law};
 use crate::Error;
 use crate::dense::{Dense, congruence, dense, store};
+use crate::given::PROCESS;
 use crate::semidefinite::semidefinite_root;
 
 impl Stationary {
@@ -36,11 +37,12 @@ impl Stationary {
         if joint < n {
             return Err(Error::Shape { what: "a row of [A, B]".into(), found: joint, expected: n });
         }
-        for (what, array) in [("[A, B]", dynamics), ("the process covariance", process), ("the cost", cost)] {
+        for (what, array) in [("[A, B]", dynamics), (PROCESS, process), ("the cost", cost)] {
             if !array.at(0).iter().all(|v| v.is_finite()) {
                 return Err(Error::NotFinite { what, step: 0 });
             }
         }
+        check_growth(dynamics)?;
         let (f, l, w) = (dense(dynamics, 0), dense(cost, 0), dense(process, 0));
         if let Err(found) = semidefinite_root(&l) {
             return Err(Error::NotPositiveSemidefinite { what: "the cost of states and controls", step: 0, found });

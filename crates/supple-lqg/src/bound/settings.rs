@@ -1,5 +1,7 @@
 //! How a minimum is searched for, and how a search ends.
 
+use crate::Error;
+
 /// How the minimum is searched for.
 ///
 /// Example: the [front page](crate).
@@ -9,6 +11,22 @@ pub struct BoundSettings {
     pub gap: f64,
     /// Maximum number of Newton steps.
     pub max_iterations: usize,
+}
+
+impl BoundSettings {
+    /// # Errors
+    /// If no search can end with these.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let Self { gap, max_iterations } = *self;
+        if !(0.0..f64::INFINITY).contains(&gap) {
+            let what = format!("the requested gap is {gap:?}");
+            return Err(Error::NoBound { what, advice: "give a finite number, at least 0" });
+        }
+        if max_iterations == 0 {
+            return Err(Error::NoBound { what: "no Newton step is allowed".into(), advice: "allow more" });
+        }
+        Ok(())
+    }
 }
 
 impl Default for BoundSettings {

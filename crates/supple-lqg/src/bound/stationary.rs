@@ -24,6 +24,7 @@ use super::witness::{Witness, WitnessStep};
 use super::zeros::{lasting, moduli};
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, congruence, dense, store, svd, symmetric};
+use crate::given::PROCESS;
 use crate::semidefinite::semidefinite_root;
 
 /// Steps of the filter that scales coordinates, in addition to two for every state.
@@ -66,6 +67,7 @@ pub fn stationary_minimum(
     cost: f64,
     settings: &BoundSettings,
 ) -> Result<StationaryMinimum, Error> {
+    settings.check()?;
     system.check()?;
     if let Some((fewer, rows, kept)) = system.fewer() {
         return Ok(stationary_minimum(&fewer, cost, settings)?.among_all(&rows, &kept));
@@ -311,7 +313,7 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
         semidefinite_root(&dense(of, 0)).map_err(|found| Error::NotPositiveSemidefinite { what, step: 0, found })
     };
     root(&system.price, "the price of not knowing the state")?;
-    let driven = root(&system.process, "the process covariance")?;
+    let driven = root(&system.process, PROCESS)?;
     let InUnits { d, a, price } = InUnits::of(system);
     let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
     let price = price / budget;

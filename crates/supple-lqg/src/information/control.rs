@@ -5,6 +5,7 @@ use super::factor::Factor;
 use crate::Error;
 use crate::belief::Belief;
 use crate::dense::Dense;
+use crate::given::MEASUREMENT;
 use crate::knots::{Dimensions, Knots};
 use crate::noise::Noise;
 use crate::riccati::Policy;
@@ -17,7 +18,7 @@ use crate::riccati::Policy;
 /// controls, to 1e-12 of its variance, adds nothing.
 ///
 /// # Errors
-/// Where `V` is not positive definite.
+/// Where `V` is not positive definite; if arrays do not fit each other.
 ///
 /// ```
 /// use supple_lqg::{Belief, Information, Knots, LinearQuadratic, Noise, Policy, Regularisation};
@@ -41,6 +42,7 @@ use crate::riccati::Policy;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn control_information(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<f64>, Error> {
+    check_shapes(knots, policy, belief, noise)?;
     dispatch(Sweep { knots, policy, belief, noise, kept: None })
 }
 
@@ -58,9 +60,18 @@ pub(super) struct Told {
 
 /// Like [`control_information`], with all intermediate results.
 pub(super) fn told(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<Told>, Error> {
+    check_shapes(knots, policy, belief, noise)?;
     let mut steps = Vec::with_capacity(knots.steps());
     dispatch(Sweep { knots, policy, belief, noise, kept: Some(&mut steps) })?;
     Ok(steps)
+}
+
+fn check_shapes(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<(), Error> {
+    let (dimensions, steps) = (knots.dimensions, knots.steps());
+    knots.check_shapes()?;
+    noise.check_shapes(dimensions, steps)?;
+    belief.check_shapes(dimensions, steps)?;
+    policy.check_shapes((dimensions.states, dimensions.controls), steps)
 }
 
 struct Sweep<'a> {
@@ -84,6 +95,9 @@ impl Job for Sweep<'_> {
             means.measure::<L>((knots, belief, noise), t)?;
             let before = kept.is_some().then(|| means.factors());
             all.push(means.tell::<L>(&policy.feedback, t));
+            if !all[t].is_finite() {
+                return Err(Error::NotFinite { what: "the information that controls use", step: t });
+            }
             if let Some((kept, before)) = kept.as_mut().zip(before) {
                 let controls = means.news.clone();
                 kept.push(Told { nats: all[t], controls, before, after: means.factors() });
@@ -193,7 +207,7 @@ impl Means {
         let (p, small) = (self.dimensions.measurements, padded(self.dimensions.measurements));
         self.noise_factor.copy_from_slice(measurement.at(t));
         rows::cholesky(&mut self.noise_factor, p, small)
-            .map_err(|_| Error::NotPositiveDefinite { what: "the measurement covariance", step: t })?;
+            .map_err(|_| Error::NotPositiveDefinite { what: MEASUREMENT, step: t })?;
         (0..p).for_each(|i| self.noise_factor[i * small + i + 1..(i + 1) * small].fill(0.0));
         Ok(())
     }

@@ -6,6 +6,7 @@ use super::control::{Told, told};
 use crate::Error;
 use crate::belief::Belief;
 use crate::dense::{Dense, dense, symmetric};
+use crate::given::MEASUREMENT;
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::partials::{Partials, add_dense};
@@ -15,7 +16,7 @@ use crate::riccati::Policy;
 /// information, nats (theory, equation I.15).
 ///
 /// # Errors
-/// Where `V` is not positive definite.
+/// Where `V` is not positive definite; if arrays do not fit each other.
 ///
 /// ```
 /// use supple_lqg::{Belief, Knots, LinearQuadratic, Noise, Partials, Policy, Regularisation};
@@ -119,7 +120,7 @@ fn before_measuring(
         by_c -= gain.transpose() * by_kept;
         back = [symmetric(a.transpose() * &by_told * &a), symmetric(through.transpose() * &by_both * &through)];
     }
-    let factor = Cholesky::new(v).ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step: t })?;
+    let factor = Cholesky::new(v).ok_or(Error::NotPositiveDefinite { what: MEASUREMENT, step: t })?;
     let precise = factor.solve(&by_gain.transpose()).transpose();
     add_dense(&mut out.corrected, t, &symmetric(&precise * &c));
     add_dense(&mut out.measurement, t, &(by_c + precise.transpose() * dense(&belief.corrected, t)));

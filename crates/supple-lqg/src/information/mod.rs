@@ -9,6 +9,7 @@ use supple_kernels::{Matrices, rows};
 
 use crate::Error;
 use crate::belief::Belief;
+use crate::given::{Given, MEASUREMENT};
 use crate::noise::Noise;
 
 pub use control::control_information;
@@ -28,15 +29,15 @@ pub struct Information {
 /// The directed information of a belief in innovation form (theory, equation I.1); reuses the memory of `out`.
 ///
 /// # Errors
-/// Where `V` is not positive definite.
+/// Where `V` is not positive definite, or does not fit the belief.
 ///
 /// Example: the [front page](crate).
 pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Result<(), Error> {
-    let p = noise.measurement.rows();
+    let p = belief.innovation_factor.rows();
     let steps = belief.innovation_factor.count() - 1;
+    Given { what: MEASUREMENT, array: &noise.measurement, shape: (p, p), count: steps + 1 }.check_shape()?;
     let noise_part = |step| {
-        log_determinant_at(&noise.measurement, step)
-            .ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step })
+        log_determinant_at(&noise.measurement, step).ok_or(Error::NotPositiveDefinite { what: MEASUREMENT, step })
     };
     let mut of_noise = noise_part(0)?;
     out.per_step.clear();

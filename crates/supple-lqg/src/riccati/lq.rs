@@ -1,6 +1,9 @@
 use supple_kernels::Matrices;
 
 use super::limits::Limits;
+use super::policy::Policy;
+use crate::Error;
+use crate::given::{COST, Given, check_count, check_some};
 
 /// The problem of a sweep.
 ///
@@ -9,7 +12,7 @@ use super::limits::Limits;
 pub struct Lq<'a> {
     /// `[A B]`, n x (n + m), N of them.
     pub dynamics: &'a Matrices,
-    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
+    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them; `l_zz` is symmetric, and sweeps read its lower triangle.
     pub cost: &'a Matrices,
     /// Regularisation of the gains.
     pub regularisation: Regularisation,
@@ -17,6 +20,25 @@ pub struct Lq<'a> {
     pub limits: Option<Limits<'a>>,
     /// Whether to compute the value of information, which searches do not need.
     pub with_value: bool,
+}
+
+impl Lq<'_> {
+    /// Whether the arrays fit each other and the policy that is to be found.
+    pub(super) fn check_shapes(&self, policy: &Policy) -> Result<(), Error> {
+        let (n, joint, steps) = (self.dynamics.rows(), self.dynamics.cols(), self.dynamics.count());
+        check_some("the state", n)?;
+        check_some("the control", joint.saturating_sub(n))?;
+        Given { what: COST, array: self.cost, shape: (joint, joint + 1), count: steps + 1 }.check_shape()?;
+        policy.check_shapes((n, joint - n), steps)?;
+        match self.limits {
+            None => Ok(()),
+            Some(Limits::Held(held)) => check_count("the list of held controls", held.len(), steps * (joint - n)),
+            Some(Limits::Bounds(bounds, controls)) => {
+                check_count("the list of bounds of the controls", bounds.lower().len(), joint - n)?;
+                Given { what: "the controls", array: controls, shape: (1, joint - n), count: steps }.check_shape()
+            }
+        }
+    }
 }
 
 /// Levenberg-Marquardt terms in the gains (theory, equation P.2d): each entry of the diagonal of `Q_uu` and of `S_{t+1}`

@@ -40,7 +40,7 @@ use crate::shape::{Shape, by_length};
 /// `cost` is `[l_zz | l_z]`, (n + m) x (n + m + 1). The regularisation affects the gains only.
 ///
 /// # Errors
-/// Where `Q_uu` is not positive definite.
+/// Where `Q_uu` is not positive definite; if arrays do not fit each other, or there is no control.
 ///
 /// ```
 /// use supple_lqg::{Knots, LinearQuadratic, Policy, Regularisation, solve_riccati};
@@ -66,7 +66,8 @@ pub fn solve_riccati(
 /// As [`solve_riccati`], under limits of the controls (theory, equation P.7).
 ///
 /// # Errors
-/// Where `Q_uu` is not positive definite on the controls that are free.
+/// Where `Q_uu` is not positive definite on the controls that are free; if arrays do not fit each other, or there is no
+/// control.
 ///
 /// ```
 /// use supple_lqg::{ControlBounds, Knots, Limits, LinearQuadratic, Lq, Matrices, Policy, Regularisation, solve_limited};
@@ -89,6 +90,7 @@ pub fn solve_riccati(
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, Error> {
+    lq.check_shapes(policy)?;
     let indefinite = |step| Error::NotPositiveDefinite { what: "the control's curvature", step };
     dispatch(Sweep { lq, policy }).map_err(indefinite)
 }

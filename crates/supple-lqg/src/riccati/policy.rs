@@ -3,6 +3,8 @@ use supple_kernels::{Matrices, padded};
 use super::box_qp::BoxQp;
 use super::limits::Limits;
 use super::products::Products;
+use crate::Error;
+use crate::given::{Given, check_count};
 use crate::knots::Dimensions;
 
 /// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
@@ -72,6 +74,12 @@ impl Policy {
             let terms = gains[a * stride..].iter().zip(x).zip(xbar).map(|((gain, x), xbar)| gain * (x - xbar));
             *u = ubar + step * k + terms.sum::<f64>();
         }
+    }
+
+    /// Whether its arrays are of `steps` steps and these sizes.
+    pub(crate) fn check_shapes(&self, (n, m): (usize, usize), steps: usize) -> Result<(), Error> {
+        Given { what: "the policy's feedback", array: &self.feedback, shape: (m, n), count: 0 }.check_shape()?;
+        check_count("the policy", self.feedback.count(), steps)
     }
 
     /// The sizes of the sweep.

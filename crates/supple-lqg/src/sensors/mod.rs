@@ -84,16 +84,24 @@ impl Selection {
     /// made.
     ///
     /// # Errors
-    /// Where a candidate's row does not exist, noise is not positive definite or shared by two candidates, the value of
-    /// information is indefinite, or the expected cost without candidates is not finite.
+    /// Where a candidate's row does not exist or belongs to another too, its price is negative or not finite, noise is not
+    /// positive definite or shared by two candidates, the value of information is indefinite, or the expected cost without
+    /// candidates is not finite.
     pub fn new(candidates: Vec<Candidate>, plants: &[Plant]) -> Result<Self, Error> {
+        if let Some(candidate) = candidates.iter().find(|candidate| !(0.0..f64::INFINITY).contains(&candidate.price)) {
+            return Err(Error::SensorPrice { sensor: candidate.name.clone(), price: candidate.price });
+        }
         let sights = plants.iter().map(|plant| {
             let count = plant.knots.dimensions.measurements;
             let mut owners = vec![None; count];
             for (index, candidate) in candidates.iter().enumerate() {
                 for &row in &candidate.rows {
                     let missing = || Error::Shape { what: "the measurement".into(), found: count, expected: row + 1 };
-                    *owners.get_mut(row).ok_or_else(missing)? = Some(index);
+                    let owner: &mut Option<usize> = owners.get_mut(row).ok_or_else(missing)?;
+                    if let Some(other) = owner.replace(index) {
+                        let [first, second] = [other, index].map(|at| candidates[at].name.clone());
+                        return Err(Error::SharedMeasurement { row, first, second });
+                    }
                 }
             }
             Sight::new(*plant, owners)

@@ -3,6 +3,7 @@ use supple_kernels::{Matrices, rows};
 use super::Plant;
 use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman_to_the_end, reverse_kalman};
 use crate::dense::{Dense, dense, eigen, store};
+use crate::given::MEASUREMENT;
 use crate::information::{Information, information};
 use crate::{Dimensions, Error, KnotAdjoints, Knots, Noise};
 
@@ -226,7 +227,7 @@ fn whitened(c: &Matrices, v: &Matrices, owners: &[Option<usize>]) -> Result<Matr
                 factor[i * p + j] = shared;
             }
         }
-        let indefinite = |_| Error::NotPositiveDefinite { what: "the measurement covariance", step: t };
+        let indefinite = |_| Error::NotPositiveDefinite { what: MEASUREMENT, step: t };
         rows::cholesky(&mut factor, p, p).map_err(indefinite)?;
         for i in 0..p {
             for a in 0..n {

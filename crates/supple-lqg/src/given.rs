@@ -1,0 +1,96 @@
+//! Checks of the arrays that callers give.
+
+use supple_kernels::Matrices;
+
+use crate::Error;
+use crate::dense::dense;
+use crate::semidefinite::{refuse_indefinite, semidefinite_root};
+
+/// The most by which two entries that must be equal may differ, as a share of the square root of their diagonal entries'
+/// product.
+const ASYMMETRY: f64 = 1e-9;
+
+/// A sequence of matrices that a caller gives, and what it must be.
+pub(crate) struct Given<'a> {
+    /// Its name, with an article.
+    pub what: &'static str,
+    pub array: &'a Matrices,
+    /// Rows and columns of each matrix.
+    pub shape: (usize, usize),
+    /// How many matrices there must be at least, except if one holds at every step.
+    pub count: usize,
+}
+
+impl Given<'_> {
+    /// # Errors
+    /// Which of its lengths is wrong.
+    pub fn check_shape(&self) -> Result<(), Error> {
+        let Self { what, array, shape, count } = self;
+        let lengths = [("column", array.rows(), shape.0), ("row", array.cols(), shape.1)];
+        for (of, found, expected) in lengths {
+            if found != expected {
+                return Err(Error::Shape { what: format!("a {of} of {what}"), found, expected });
+            }
+        }
+        if !array.is_constant() && array.count() < *count {
+            return Err(Error::Shape {
+                what: format!("the sequence of {what}"),
+                found: array.count(),
+                expected: *count,
+            });
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// Which of its lengths is wrong, or at which step an entry is not finite.
+    pub fn check_finite(&self) -> Result<(), Error> {
+        self.check_shape()?;
+        let bad = (0..self.array.count()).find(|&t| self.array.at(t).iter().any(|entry| !entry.is_finite()));
+        bad.map_or(Ok(()), |step| Err(Error::NotFinite { what: self.what, step }))
+    }
+
+    /// # Errors
+    /// As [`Given::check_finite`], or where it is not symmetric and positive semidefinite.
+    pub fn check_covariance(&self) -> Result<(), Error> {
+        self.check_finite()?;
+        for step in 0..self.array.count() {
+            if !self.is_diagonal_or_definite(step) {
+                let refused = |found| Error::NotPositiveSemidefinite { what: self.what, step, found };
+                semidefinite_root(&dense(self.array, step)).map_err(refused)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the matrix of a step is easily seen to be symmetric and positive semidefinite.
+    fn is_diagonal_or_definite(&self, step: usize) -> bool {
+        let n = self.array.rows();
+        let entry = |i, j| self.array.get(step, i, j);
+        let off_diagonal = || (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+        if off_diagonal().all(|(i, j)| entry(i, j) == 0.0 && entry(j, i) == 0.0) {
+            return (0..n).all(|i| entry(i, i) >= 0.0);
+        }
+        let is_same = |(i, j)| {
+            let scale = (entry(i, i) * entry(j, j)).abs().sqrt();
+            (entry(i, j) - entry(j, i)).abs() <= ASYMMETRY * scale
+        };
+        off_diagonal().all(is_same) && refuse_indefinite(self.array, step).is_ok()
+    }
+}
+
+/// Whether there are as many of something as there must be.
+pub(crate) fn check_count(what: &str, found: usize, expected: usize) -> Result<(), Error> {
+    if found == expected { Ok(()) } else { Err(Error::Shape { what: what.into(), found, expected }) }
+}
+
+/// Whether there is at least one of something.
+pub(crate) fn check_some(what: &str, count: usize) -> Result<(), Error> {
+    if count > 0 { Ok(()) } else { Err(Error::Shape { what: what.into(), found: 0, expected: 1 }) }
+}
+
+/// The names of arrays.
+pub(crate) const COST: &str = "the cost [l_zz l_z]";
+pub(crate) const INITIAL: &str = "the covariance of the first state";
+pub(crate) const PROCESS: &str = "the process covariance";
+pub(crate) const MEASUREMENT: &str = "the measurement covariance";
