@@ -91,6 +91,15 @@ pub enum Error {
         /// The kind of plan, as in a task file.
         plan: &'static str,
     },
+    /// A plan that is at limits along which it cannot move.
+    #[error(
+        "the plan has no derivative: it cannot stay at its limits, the first at step {step}, where parameters change; remove \
+         one, or use the gradient `frozen`"
+    )]
+    NoDerivative {
+        /// The first step at a limit.
+        step: usize,
+    },
     /// An error of a computation in another process, with its message.
     #[error("{0}")]
     Elsewhere(String),

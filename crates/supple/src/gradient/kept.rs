@@ -13,12 +13,10 @@ const MOST_GROWTHS: usize = 8;
 const MOST_ROUNDS: usize = 60;
 /// Factor by which a round should reduce the residual.
 const ENOUGH: f64 = 0.1;
-/// How much the excesses held constant may vary, relative to the variation of the trajectory: target, and maximum.
+/// How much the excesses held constant may vary, relative to the largest variation of the trajectory so far, as limits may
+/// leave none: target, and maximum.
 const AIM: f64 = 1e-13;
 const MOST: f64 = 1e-7;
-
-/// The matrix that is not positive definite if a trajectory is not a strict local optimum within its limits.
-const HESSIAN: &str = "the Hessian of the nominal problem within its limits";
 
 /// An active limit of a plan: the point where it is active, and the gradient of its excess.
 struct Active {
@@ -33,7 +31,7 @@ struct Active {
 /// multipliers. Leaves the variation in `work`.
 ///
 /// # Errors
-/// If the trajectory is not a strict local optimum within its limits.
+/// If the trajectory is not a strict local optimum within its limits, or cannot move along them.
 pub(super) fn vary_within_limits(
     (plan, phi): (&Plan, &[f64]),
     limits: &dyn Constraints,
@@ -59,7 +57,7 @@ fn move_multipliers(
     mut moved: Matrices,
     work: &mut GradientWorkspace,
 ) -> Result<Matrices, Error> {
-    let (mut left, mut growths) = (f64::INFINITY, 0);
+    let (mut left, mut growths, mut size) = (f64::INFINITY, 0, f64::MIN_POSITIVE);
     for _ in 0..MOST_ROUNDS {
         work.hessian.copy_from(given);
         active.iter().for_each(|active| active.add_to(&mut work.hessian, moved.vector(active.point)[active.end]));
@@ -69,7 +67,7 @@ fn move_multipliers(
                 return Err(error);
             }
         } else {
-            let size = work.variation.as_slice().iter().fold(f64::MIN_POSITIVE, |size, entry| size.max(entry.abs()));
+            size = work.variation.as_slice().iter().fold(size, |size, entry| size.max(entry.abs()));
             let mut most: f64 = 0.0;
             for active in &active {
                 let excess = active.excess(&work.variation);
@@ -93,7 +91,7 @@ fn move_multipliers(
         Ok(moved)
     } else {
         let step = active.first().map_or(0, |active| active.point);
-        Err(Error::not_definite(HESSIAN, step))
+        Err(Error::NoDerivative { step })
     }
 }
 

@@ -6,8 +6,14 @@ use supple_model::system::RollOut;
 
 use super::search::{Asked, minimise};
 use super::sweeps::{finish, start, sweep};
-use super::{NominalProblem, Plan, PlanWorkspace};
+use super::{NominalProblem, Plan, PlanStatus, PlanWorkspace};
 use crate::Error;
+
+/// The most of its cost that a converged plan may still be able to save, the factor by which the tolerance is tightened
+/// where it is more, and below which it is not.
+const MOST_LEFT: f64 = 1e-9;
+const TIGHTER: f64 = 1e-4;
+const LEAST_TOLERANCE: f64 = 1e-40;
 
 /// Like [`plan`](super::plan), with the given patience and no limits other than control bounds.
 ///
@@ -28,9 +34,25 @@ pub(super) fn search_free(
         start(problem, plan, scratch)?;
         0
     };
-    let status = minimise(problem, asked, plan, work, scratch);
+    let mut settings = asked.settings.clone();
+    loop {
+        let found = minimise(problem, Asked { settings: &settings, ..asked }, plan, work, scratch);
+        let is_finer = settings.tolerance < asked.settings.tolerance;
+        let status = match found {
+            // Rounding ends it; the plan has met the tolerance that was asked for.
+            PlanStatus::LineSearchStalled | PlanStatus::SlowProgress if is_finer => PlanStatus::Converged,
+            status => status,
+        };
+        let left = finish((problem, asked.settings.curvature), plan, status, scratch)?;
+        // Stationarity is relative to 1 plus the slopes of the cost: where costs are tiny, it may be met by any plan.
+        let is_far = left > MOST_LEFT * plan.nominal_cost.abs();
+        if !(is_far && found.is_converged() && settings.tolerance > LEAST_TOLERANCE) {
+            break;
+        }
+        settings.tolerance *= TIGHTER;
+    }
     plan.iterations += before;
-    finish((problem, asked.settings.curvature), plan, status, scratch)
+    Ok(())
 }
 
 /// Starts from the plan without bounds, its control law kept within them; or from the guess moved inside, where that

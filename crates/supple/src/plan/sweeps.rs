@@ -50,13 +50,14 @@ pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
 }
 
 /// The final sweep: no second derivatives of the dynamics, no regularisation. With automatic choice, the curvature
-/// of the cost is exact, or Gauss-Newton's if a converged plan has no control law with the exact one.
+/// of the cost is exact, or Gauss-Newton's if a converged plan has no control law with the exact one. Returns by how much
+/// the law would lower the cost further, as it predicts.
 pub(crate) fn finish(
     (problem, curvature): (NominalProblem, CostCurvature),
     plan: &mut Plan,
     status: PlanStatus,
     scratch: &mut Scratch,
-) -> Result<(), Error> {
+) -> Result<f64, Error> {
     linearise(problem, plan, Curvature::Exact, scratch);
     plan.knots.linearise_measurement(problem.system, plan.trajectory.points(), problem.phi, scratch);
     plan.knots.check_finite()?;
@@ -64,22 +65,29 @@ pub(crate) fn finish(
     plan.mode = PlanMode::Nominal;
     plan.curvature = Curvature::Exact;
     plan.objective = plan.nominal_cost;
-    let has_law = |plan: &mut Plan| solve(problem, (Regularisation::default(), true), None, plan).is_ok();
+    let left = |found: Decrease| -(found.linear + found.quadratic);
+    let law = |plan: &mut Plan| solve(problem, (Regularisation::default(), true), None, plan).map(left);
     let convex = match curvature {
         CostCurvature::Exact => false,
         CostCurvature::GaussNewton => true,
-        CostCurvature::Auto if has_law(plan) => return Ok(()),
-        CostCurvature::Auto => status.is_converged() && problem.system.has_smooth_gauss_newton(),
+        CostCurvature::Auto => match law(plan) {
+            Ok(left) => return Ok(left),
+            Err(_) => status.is_converged() && problem.system.has_smooth_gauss_newton(),
+        },
     };
     if convex {
         set_curvature(problem, Curvature::GaussNewton, plan, scratch);
-        if has_law(plan) {
-            return Ok(());
+        if let Ok(left) = law(plan) {
+            return Ok(left);
         }
         set_curvature(problem, Curvature::Exact, plan, scratch);
     }
     let mut mu = 0.0;
-    while let Err(error) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
+    loop {
+        let error = match solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
+            Ok(found) => return Ok(left(found)),
+            Err(error) => error,
+        };
         // A law that is defined everywhere, for inspection; the status says that it is no optimum, or that time was up.
         if plan.status != PlanStatus::TimeLimit {
             plan.status = PlanStatus::Indefinite;
@@ -89,7 +97,6 @@ pub(crate) fn finish(
             return Err(error);
         }
     }
-    Ok(())
 }
 
 /// Linearises the cost anew, with this curvature: that of the problem, which may be another than the plan was swept for.

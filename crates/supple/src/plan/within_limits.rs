@@ -333,7 +333,8 @@ impl<'a> Rounds<'a> {
         let system = Augmented { system: problem.system, limits, multipliers: &multipliers, penalties: None };
         let status = if status.is_converged() && !kept { PlanStatus::LimitsExceeded } else { status };
         let finished =
-            finish((NominalProblem { system: &system, ..problem }, settings.curvature), plan, status, scratch);
+            finish((NominalProblem { system: &system, ..problem }, settings.curvature), plan, status, scratch)
+                .map(drop);
         // The knots are those of the cost itself.
         set_curvature(problem, plan.curvature, plan, scratch);
         plan.multipliers = multipliers;

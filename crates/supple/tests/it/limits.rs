@@ -155,15 +155,39 @@ fn the_plan_of_a_linear_problem_solves_its_quadratic_program() {
     assert!(residual.amax() < 1e-8, "{}", residual.amax());
 }
 
+/// A mass that must not be faster than a limit, so that none of its first steps is free to vary.
+const FAST: &str = r#"
+    parameters.k = { initial = 1.6, bounds = [0.05, 6.0] }
+    parameters.d = { initial = 0.6, bounds = [-0.5, 3.0] }
+    parameters.fastest = { initial = 0.58, bounds = [0.1, 3.0] }
+    [model]
+    kind = "linear"
+    A = [[1.0, 0.2], ["-0.2 * k", "1 - 0.2 * d"]]
+    B = [[0.0], [0.2]]
+    C = [[1.0, 0.0]]
+    [[tasks]]
+    name = "haul"
+    steps = 5
+    time_step = 0.1
+    initial_state = [-1.02, -0.06]
+    noise = { initial = [0.1, 0.05], process = [1e-4, 1e-3], measurement = [0.05] }
+    costs = [{ kind = "quadratic", Q = [[1.86, 0.0], [0.0, 0.23]], R = [[0.048]], final = [[4.77, 0.0], [0.0, 3.3]] }]
+    limits = [
+        { kind = "control", lower = -2.8, upper = 2.8, enforce = true },
+        { kind = "state", select = ["x2"], lower = "-fastest", upper = "fastest", enforce = true },
+    ]
+"#;
+
 /// Every gradient against differences of plans that are made anew, which keep the limits too.
 #[test]
 fn gradients_move_along_limits() {
     let linear = supple_file::parse(LINEAR, "linear.toml").unwrap();
+    let fast = supple_file::parse(FAST, "fast.toml").unwrap();
     let others = LIMITS.map(|(name, limit)| shipped_with(name, &kept(limit)));
     // Its bound moves with a parameter.
     let moving = "kind = \"state\"\nselect = [\"v2\"]\nupper = \"0.8 * sqrt(k1 / 500)\"";
     let moving = shipped_with("two_mass.toml", &kept(moving));
-    for problem in [linear, moving].iter().chain(&others) {
+    for problem in [linear, fast, moving].iter().chain(&others) {
         let phi = problem.parameters.initial();
         assert!(!evaluated(problem).limits_reached.is_empty(), "{}", problem.title);
         let report = check(problem, &phi).unwrap();

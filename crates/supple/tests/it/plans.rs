@@ -263,3 +263,32 @@ fn the_older_key_still_reads() {
         assert_eq!((problem.planning.plan, problem.planning.belief.starts), (PlanMode::Belief, 3));
     }
 }
+
+/// The same plan whatever the unit of cost: tolerances are relative to costs, however small these are.
+#[test]
+fn plans_do_not_depend_on_the_unit_of_cost() {
+    for name in ["two_mass.toml", "wiping_arm.toml"] {
+        let path = repository("tasks").join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let evaluated = |unit: f64| {
+            let scaled = |line: &str| match line.split_once("weight = ") {
+                Some((start, weight)) => {
+                    format!("{start}weight = {:e}\n", unit * weight.trim().parse::<f64>().unwrap())
+                }
+                None => format!("{line}\n"),
+            };
+            let text: String = text.lines().map(scaled).collect();
+            let problem = supple_file::parse(&text, path.to_str().unwrap()).unwrap();
+            problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap().tasks.remove(0)
+        };
+        let expected = evaluated(1.0);
+        for unit in [1e-8, 1e-15, 1e-22] {
+            let found = evaluated(unit);
+            assert!(found.status.is_converged(), "{name}, {unit:e}: {}", found.status);
+            let cost = found.cost.expected / (unit * expected.cost.expected);
+            assert!((cost - 1.0).abs() < 1e-6, "{name}, {unit:e}: {cost}");
+            let bits = found.information.total_bits / expected.information.total_bits;
+            assert!((bits - 1.0).abs() < 1e-4, "{name}, {unit:e}: {bits}");
+        }
+    }
+}
