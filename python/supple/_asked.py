@@ -6,15 +6,16 @@ import logging
 import math
 import time
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._arrays import check_unmasked
+from ._arrays import check_unmasked, numbers
 from .errors import UsageError
 
 __all__ = ["Axes", "Chosen", "Vary", "axis_values", "bound_points", "check_choice", "check_counts", "check_name"]
-__all__ += ["check_out", "designs_of", "finite", "logged", "pairs"]
+__all__ += ["check_out", "designs_of", "finite", "logged", "pairs", "real"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -39,12 +40,23 @@ class logged:
         LOGGER.info("%s %s after %.3f s", self._what, how, time.perf_counter() - self._clock)
 
 
+def real(value: Any) -> float:
+    """A real number as Python's.
+
+    Raises:
+        TypeError: If it is text, a truth value or complex, which ``float`` would convert or cut.
+    """
+    if isinstance(value, (str, bytes, bool, np.bool_)) or np.iscomplexobj(value):
+        raise TypeError(f"{value!r} is not a real number")
+    return float(value)
+
+
 def pairs(values: Mapping[str, float]) -> list[tuple[str, float]]:
     found = []
     for name, value in values.items():
         check_unmasked(name, value)
         try:
-            found.append((name, float(value)))
+            found.append((name, real(value)))
         except (TypeError, ValueError):
             raise UsageError(f"parameter `{name}` = {value!r} is not a number") from None
     return found
@@ -82,12 +94,12 @@ def finite(name: str, value: float | None) -> float | None:
     if value is None:
         return None
     try:
-        number = float(value)
+        found = real(value)
     except (TypeError, ValueError):
         raise UsageError(f"{name}={value!r} is not a number") from None
-    if not math.isfinite(number):
+    if not math.isfinite(found):
         raise UsageError(f"{name}={value!r}: a finite number")
-    return number
+    return found
 
 
 def bound_points(curve: bool | int) -> int | None:
@@ -101,13 +113,9 @@ def bound_points(curve: bool | int) -> int | None:
 def axis_values(name: str, values: ArrayLike) -> str | list[float]:
     if isinstance(values, str):
         return values
-    check_unmasked(name, values)
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise UsageError(f"axis `{name}`: {values!r} are no numbers") from None
+    array = numbers(name, values)
     if array.ndim != 1:
-        raise UsageError(f"axis `{name}` has the shape {array.shape}: its values are a list of numbers")
+        raise UsageError(f"axis `{name}` has the shape {array.shape}; valid: a list of numbers")
     return [float(value) for value in array]
 
 

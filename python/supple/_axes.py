@@ -31,7 +31,7 @@ def draw(figure: dict[str, Any], ax: Any) -> None:
     if len(axes) != len(panels):
         titles = ", ".join(f"`{panel['title'] or panel['y']['label']}`" for panel in panels)
         raise UsageError(
-            f"ax has {len(axes)} axes: the figure `{figure['name']}` has {len(panels)} panels ({titles}); make them by "
+            f"ax holds {len(axes)} of matplotlib's axes, and the figure `{figure['name']}` has {len(panels)} panels ({titles}); make them by "
             f"`matplotlib.pyplot.subplots({len(panels)})`"
         )
     for axis, panel in zip(axes, panels):

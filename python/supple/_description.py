@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._arrays import check_unmasked
+from ._asked import real
 from ._records import Array
 from ._source import source
 from ._supple import NativeTask
@@ -63,7 +64,7 @@ class VaryingVariance:
         for key in ("center", "coefficient"):
             given = getattr(self, key)
             try:
-                found[key] = given if isinstance(given, str) else float(given)
+                found[key] = given if isinstance(given, str) else real(given)
             except (TypeError, ValueError):
                 raise UsageError(f"varying: {key}={given!r}: a number, or the name of a parameter") from None
             if isinstance(found[key], float) and not math.isfinite(found[key]):
@@ -120,7 +121,7 @@ def _is_list(given: object) -> bool:
 
 def numbers(given: Any) -> list[Number]:
     """Numbers as Python numbers; names are kept."""
-    return [entry if isinstance(entry, str) else float(entry) for entry in given]
+    return [entry if isinstance(entry, str) else real(entry) for entry in given]
 
 
 def control_rows(given: Any) -> list[list[Number]]:
@@ -174,9 +175,9 @@ def declared(given: Mapping[str, Parameter]) -> list[dict[str, Any]]:
     for name, parameter in given.items():
         entry = asdict(parameter)
         try:
-            entry["initial"] = float(entry["initial"])
+            entry["initial"] = real(entry["initial"])
             lower, upper = entry["bounds"]
-            entry["bounds"] = [float(lower), float(upper)]
+            entry["bounds"] = [real(lower), real(upper)]
         except (TypeError, ValueError):
             raise UsageError(f"parameter `{name}`: {parameter!r}: initial is a number, bounds are two") from None
         del entry["catalogue"]
@@ -190,7 +191,7 @@ def _catalogued(name: str, listed: CatalogueEntry | float) -> dict[str, Any]:
     """An entry of a catalogue as the native part reads it."""
     entry = asdict(listed) if isinstance(listed, CatalogueEntry) else {"value": listed}
     try:
-        numbers = {key: float(entry[key]) for key in ("value", "price") if entry.get(key) is not None}
+        numbers = {key: real(entry[key]) for key in ("value", "price") if entry.get(key) is not None}
     except (TypeError, ValueError):
         raise UsageError(
             f"parameter `{name}`: catalogue: {listed!r}: a number, or supple.CatalogueEntry(value, price, name)"
@@ -211,7 +212,7 @@ def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, .
                 raise UsageError(f"{what}: no parameter `{entry}`; valid: {valid}")
             return float(given[entry].initial)
         try:
-            value = float(entry)
+            value = real(entry)
         except (TypeError, ValueError):
             raise UsageError(f"{what}: {entry!r} is neither a number nor the name of a parameter") from None
         if not math.isfinite(value):
@@ -241,7 +242,7 @@ def bounds(given: Sequence[tuple[float, float]] | None) -> list[list[float | Non
     if given is None:
         return None
     try:
-        pairs = [(float(lower), float(upper)) for lower, upper in given]
+        pairs = [(real(lower), real(upper)) for lower, upper in given]
     except (TypeError, ValueError):
         raise UsageError(f"control_bounds={given!r}: one pair (least, greatest) for each control") from None
     sides = ([pair[side] for pair in pairs] for side in (0, 1))
@@ -264,6 +265,9 @@ def combine(*tasks: Task, title: str | None = None) -> Task:
     """
     if not tasks:
         raise UsageError("combine needs at least one task")
+    for task in tasks:
+        if not isinstance(task, Task):
+            raise UsageError(f"combine(..., {task!r}): valid: tasks, one by one, as in combine(first, second)")
     kinds = [task._recipe[0] for task in tasks]
     if any(kind != "own" for kind in kinds):
         raise UsageError(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._arrays import check_unmasked
+from ._arrays import numbers
 from ._asked import check_counts
 from ._records import Array, Record, build
 from ._supple import NativeController
@@ -200,11 +200,7 @@ class Controller(Record):
 
 
 def _vector(y: ArrayLike) -> Array:
-    check_unmasked("the measurement", y)
-    try:
-        found = np.asarray(y, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise UsageError(f"the measurement is {y!r}: it must be numbers") from error
+    found = numbers("the measurement", y)
     if found.ndim != 1:
         raise UsageError(f"the measurement has the shape {found.shape}: it must be a vector")
     return found

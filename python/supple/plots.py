@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._supple import Kept
-from .errors import UsageError
+from .errors import StorageError, UsageError
 
 if TYPE_CHECKING:
     from .results import Result
@@ -34,9 +34,16 @@ class Figure:
         return self._kept.plot(self._figure, format, others=self._others, task=self._task, wide=self._wide)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Writes a file in the format of its extension and returns the path."""
-        format = Path(path).suffix.lstrip(".")
-        Path(path).write_bytes(self.render(format))
+        """Writes a file in the format of its extension and returns the path.
+
+        Raises:
+            StorageError: If it cannot be written.
+        """
+        contents = self.render(Path(path).suffix.lstrip(".").lower())
+        try:
+            Path(path).write_bytes(contents)
+        except OSError as error:
+            raise StorageError(f"{path}: cannot be written: {error.strerror}") from error
         return Path(path)
 
     def _repr_svg_(self) -> str:

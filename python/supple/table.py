@@ -13,6 +13,13 @@ from .errors import UsageError
 __all__ = ["Table", "dataset"]
 
 
+class _NoColumn(UsageError, KeyError):
+    """A mapping's error for an unknown key, with the message as it is."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 class Table(Mapping[str, Any]):
     """Named columns of equal length: arrays of numbers, integers or booleans, or lists of strings.
 
@@ -41,7 +48,7 @@ class Table(Mapping[str, Any]):
         try:
             return self._columns[name]
         except KeyError:
-            raise KeyError(f"there is no column `{name}`: there is {', '.join(self._columns)}") from None
+            raise _NoColumn(f"no column `{name}`; valid: {', '.join(self._columns)}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)

@@ -178,7 +178,7 @@ def test_tables_become_frames(task: supple.Task) -> None:
     assert np.array_equal(frame["k1"].to_numpy(), sweep.table["k1"])
     pytest.importorskip("polars")
     assert sweep.table.to_polars().shape == frame.shape
-    with pytest.raises(KeyError, match="there is no column `nats`"):
+    with pytest.raises(KeyError, match="no column `nats`; valid: "):
         sweep.table["nats"]
 
 
@@ -188,6 +188,9 @@ def test_figures_and_reports(best: supple.Design, task: supple.Task, tmp_path: P
     assert figure._repr_svg_().startswith("<svg") or "<svg" in figure._repr_svg_()
     for ending, magic in (("svg", b"<"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
         assert figure.save(tmp_path / f"landscape.{ending}").read_bytes().startswith(magic)
+    assert figure.save(tmp_path / "LANDSCAPE.SVG").read_bytes().startswith(b"<")
+    with pytest.raises(supple.StorageError, match="cannot be written: No such file"):
+        figure.save(tmp_path / "nowhere" / "landscape.svg")
     assert best.plot.landscape(points=3).render("svg") != figure.render("svg")
     assert "<html" in best.report(tmp_path / "page.html", sweep).read_text()[:200].lower()
     best.plot.belief(), best.plot.gains(), best.plot.information()
@@ -198,13 +201,18 @@ def test_figures_and_reports(best: supple.Design, task: supple.Task, tmp_path: P
 def test_misuse_says_what_is_valid(task: supple.Task) -> None:
     cases: list[tuple[Any, str]] = [
         (lambda: task.evaluate(k1="soft"), "parameter `k1` = 'soft' is not a number"),  # type: ignore[arg-type]
+        (lambda: task.evaluate(k1="200"), "parameter `k1` = '200' is not a number"),  # type: ignore[arg-type]
+        (lambda: task.evaluate(k1=True), "parameter `k1` = True is not a number"),
+        (lambda: task.evaluate(k1=np.complex128(200 + 1j)), "is not a number"),  # type: ignore[arg-type]
+        (lambda: supple.combine([task, task]), "valid: tasks, one by one"),  # type: ignore[arg-type]
+        (lambda: task.sweep({"k1": [100.0]}).grid("cost"), "no column `cost`; valid: k1, "),
         (lambda: task.evaluate(gradient="exact"), 'valid: "total", "frozen", "both"'),  # type: ignore[arg-type]
         (lambda: task.evaluate(rollouts=-1), "rollouts=-1: a whole number of at least 0"),
         (lambda: task.evaluate(k1=float("nan")), "parameter `k1` = NaN is outside"),
         (lambda: task.design(method="newton"), 'valid: "sqp", "cobyla", "barrier", None'),  # type: ignore[arg-type]
         (lambda: task.design(settings={"starst": 2}), "unknown field `starst`"),
         (lambda: task.design(starts=0), "starts: must be at least 1"),
-        (lambda: task.sweep({"k1": [[1.0, 2.0]]}), "its values are a list of numbers"),
+        (lambda: task.sweep({"k1": [[1.0, 2.0]]}), "has the shape (1, 2); valid: a list of numbers"),
         (lambda: task.sweep({"k1": "log:50:600"}), "FROM:TO:COUNT"),
         (lambda: task.sweep({"k1": [100.0]}, jobs=0), "jobs=0"),
         (lambda: task.robustness(vary={"k1": [60.0, 70.0]}), "is a design parameter"),

@@ -76,7 +76,7 @@ def test_wrong_measurements_are_refused_and_change_nothing() -> None:
         ([0.1], "has length 1, not 2"),
         ([[0.1, 0.2]], "must be a vector"),
         (0.1, "must be a vector"),
-        (["a", "b"], "must be numbers"),
+        (["a", "b"], "must hold real numbers"),
         (np.ma.masked_array([0.1, 0.2], [True, False]), "masked"),
     ]:
         with pytest.raises(supple.UsageError, match=says):

@@ -124,7 +124,7 @@ def test_figures_are_drawn_on_axes_of_matplotlib(small: supple.Task, sweep: supp
     _, grid = pyplot.subplots(len(panels), squeeze=False)
     field.plot.landscape(ax=grid)
     assert all(ax.collections for ax in grid.flat)
-    with pytest.raises(supple.UsageError, match=r"ax has 1 axes: the figure `landscape` has"):
+    with pytest.raises(supple.UsageError, match=r"ax holds 1 of matplotlib's axes, and the figure `landscape` has"):
         field.plot.landscape(ax=pyplot.figure().add_subplot())
     pyplot.close("all")
 

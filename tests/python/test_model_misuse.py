@@ -105,6 +105,7 @@ def test_functions_for_neither_say_why() -> None:
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
+        ({"initial_state": [0.0, 0.0, 0.0, 1j]}, "initial_state: 1j is neither a number nor the name of a parameter"),
         ({"initial_state": [0.0]}, "initial_state has 1 numbers: 4 are needed"),
         ({"initial_state": [0.0, 0.0, 0.0, "stifness"]}, "initial_state: no parameter `stifness`"),
         ({"initial_control": [0.0, 1.0]}, r"initial_control has rows of \[2\] numbers: 1 are needed"),

@@ -54,10 +54,10 @@ def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
 def unknown(what: str, name: str, valid: Sequence[str]) -> UsageError:
     """The error for an unknown name."""
     near = get_close_matches(name, valid, n=1)
-    hint = f"; did you mean `{near[0]}`?" if near else ""
+    hint = f" (did you mean `{near[0]}`?)" if near else ""
     listed = ", ".join(valid[:20]) + (", ..." if len(valid) > 20 else "")
     return UsageError(
-        f"no {what} `{name}`{hint} There are: {listed}" if valid else f"no {what} `{name}`: there are none"
+        f"no {what} `{name}`{hint}; valid: {listed}" if valid else f"no {what} `{name}`: the model has none"
     )
 
 
