@@ -9,8 +9,9 @@ use super::sweeps::{finish, start, sweep};
 use super::{NominalProblem, Plan, PlanStatus, PlanWorkspace};
 use crate::Error;
 
-/// The most of its cost that a converged plan may still be able to save, the factor by which the tolerance is tightened
-/// where it is more, and below which it is not.
+/// Slopes of the cost up to this are tiny; the most of its cost that a converged plan may then still be able to save, the
+/// factor by which the tolerance is tightened where it is more, and below which it is not.
+const TINY: f64 = 1e-4;
 const MOST_LEFT: f64 = 1e-9;
 const TIGHTER: f64 = 1e-4;
 const LEAST_TOLERANCE: f64 = 1e-40;
@@ -38,15 +39,13 @@ pub(super) fn search_free(
     loop {
         let found = minimise(problem, Asked { settings: &settings, ..asked }, plan, work, scratch);
         let is_finer = settings.tolerance < asked.settings.tolerance;
-        let status = match found {
-            // Rounding ends it; the plan has met the tolerance that was asked for.
-            PlanStatus::LineSearchStalled | PlanStatus::SlowProgress if is_finer => PlanStatus::Converged,
-            status => status,
-        };
+        // The plan has met the tolerance that was asked for, whatever ends the search for a finer one.
+        let status = if is_finer { PlanStatus::Converged } else { found };
         let left = finish((problem, asked.settings.curvature), plan, status, scratch)?;
-        // Stationarity is relative to 1 plus the slopes of the cost: where costs are tiny, it may be met by any plan.
+        // Stationarity is relative to 1 plus the slopes of the cost: where these are tiny, any plan may meet it.
+        let is_absolute = plan.stationarity <= (1.0 + TINY) * plan.relative_stationarity;
         let is_far = left > MOST_LEFT * plan.nominal_cost.abs();
-        if !(is_far && found.is_converged() && settings.tolerance > LEAST_TOLERANCE) {
+        if !(is_absolute && is_far && found.is_converged() && settings.tolerance > LEAST_TOLERANCE) {
             break;
         }
         settings.tolerance *= TIGHTER;

@@ -81,7 +81,9 @@ fn what_is_not_a_number_or_not_a_covariance_is_refused() {
     assert!(spoilt(&|h| h.initial.set(0, 0, 1, 0.5)).contains("first state"));
     assert!(spoilt(&|h| h.prices.set(1, 3, 3, -1.0)).contains("state uncertainty"));
     assert!(spoilt(&|h| h.process = Matrices::constant(3, 3)).contains("not 4"));
-    assert!(spoilt(&|h| h.dynamics = Matrices::zeros(1, 4, 4)).contains("dynamics over 3"));
+    assert!(
+        spoilt(&|h| h.dynamics = Matrices::zeros(1, 4, 4)).contains("the sequence of the dynamics has length 1, not 2")
+    );
     assert!(minimum_information(&good, f64::NAN, &BoundSettings::default()).is_err());
 }
 

@@ -75,7 +75,11 @@ pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
     };
     let path: PathBuf = folder.join(&file.file);
     let named = ["model".into(), "file".into()];
-    let robot = load(&path, &options).map_err(|error| document.error_of_file(&named, error))?;
+    let mut robot = load(&path, &options).map_err(|error| document.error_of_file(&named, error))?;
+    // Their lines are those of the robot's file, unlike those of other warnings about the task.
+    for warning in robot.warnings.iter_mut().chain(&mut robot.every_warning) {
+        *warning = format!("{}: {warning}", file.file);
+    }
     let (robot, inserted) = insert(document, file.insert.clone(), robot)?;
     let locked = file.locked.clone();
     let robot = locked.apply(document, robot)?;
