@@ -1,4 +1,5 @@
 //! What does not fit is refused, with its name, what was found and what is valid.
+#![allow(clippy::unwrap_used)]
 
 use supple_lqg::bound::{BoundSettings, Horizon, Needed, Stationary, minimum_information, stationary_minimum};
 use supple_lqg::sensors::{Candidate, Plant, Selection};
