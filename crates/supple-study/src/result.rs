@@ -136,7 +136,9 @@ impl StudyResult {
             Self::Sweep(result) => result.untrusted() < result.table.rows.len(),
             Self::Robustness(result) => {
                 result.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
-                    && result.designs.iter().all(|design| design.warnings.is_empty())
+                    && result.designs.iter().all(|design| {
+                        design.warnings.is_empty() && design.status.is_none_or(|status| status == DesignStatus::Converged)
+                    })
             }
             Self::Pareto(result) => {
                 let found = |point: &ParetoPoint| point.status == DesignStatus::Converged && point.warnings.is_empty();

@@ -12,7 +12,7 @@ from .._records import Array
 from ..errors import UsageError
 from .bodies import FLUID
 from .laws import turned, turned_back
-from .robot import POINT, Robot, compiled
+from .robot import POINT, STICKING, Robot, compiled
 from .simulator import QUIET
 
 __all__ = ["Plant"]
@@ -48,7 +48,7 @@ class Plant:
         options = self.mj.opt
         options.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         options.tolerance, options.iterations, options.ls_tolerance = 1e-12, 100, 1e-4
-        options.impratio = 10.0
+        options.impratio = STICKING
         options.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.mj)
         if robot.inertias:

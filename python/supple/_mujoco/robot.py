@@ -29,8 +29,13 @@ SMOOTHING = 1e-2
 FACTORS = ("mass", "damping", "stiffness", "friction")
 #: Radius of the spheres that stand for points where MuJoCo's own contacts are used, m.
 POINT = 1e-3
-#: Impedance of MuJoCo's own contacts: small, so that they are springs and dampers.
-IMPEDANCE = 0.1
+#: Impedance of MuJoCo's own contacts: small, so that they are springs and dampers whatever the body's acceleration.
+IMPEDANCE = 1e-3
+#: By which share sliding at 1 m/s raises the normal force of MuJoCo's own contacts, whose friction is a convex problem.
+SLIDING = 1e-2
+#: How much stiffer friction is than the normal force: at its limit, a sticking contact creeps by the square of the
+#: coefficient over ``IMPEDANCE SLIDING STICKING``, .16 mm/s with a coefficient of .4.
+STICKING = 1e8
 
 
 class Robot:
@@ -302,7 +307,8 @@ class Robot:
         """A sphere on the frame of a contact and a plane that can be moved, which collide only with each other.
 
         The static stiffness is that of the law. MuJoCo's force at rest is ``-solref[0] r / ((1 - d) A)`` at the depth ``r``,
-        with its impedance ``d`` and the inverse inertia ``A`` of the body.
+        with its impedance ``d`` and the inverse inertia ``A`` of the body. In MuJoCo's friction a surface that slides at
+        ``v`` also separates, with the acceleration ``friction b v`` where ``b`` is the damping of friction, so this is small.
         """
         contact = self.contacts[name]
         body, place, _ = _frame(self.frames, contact.frame, f"contact `{name}`")
@@ -322,7 +328,8 @@ class Robot:
         pair.solimp = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
         inverse = (1.0 - IMPEDANCE) * float(mj.body_invweight0[mj.body(body).id, 0])
         pair.solref = [-contact.stiffness * inverse, -contact.dissipation * force * inverse]
-        pair.solreffriction = [1e-9, 1.0]
+        if contact.friction:
+            pair.solreffriction = [-1.0, -SLIDING * force * inverse / contact.friction]
         self.spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
 
 

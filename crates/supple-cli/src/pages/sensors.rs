@@ -19,7 +19,7 @@ fn next(study: &Sensors) -> &'static str {
     let options = &study.options;
     let is_limited = options.budget.is_some() || options.count.is_some() || options.cost.is_some();
     let is_free = study.sensors.iter().all(|sensor| sensor.price == 0.0);
-    if is_limited || !is_free || study.sensors.len() < 2 {
+    if is_limited || !is_free || study.sensors.len() < 3 {
         return "";
     }
     "Next: without prices, every sensor is worth adding. Use `--count 2` for the best two, `--cost` for the fewest that meet a cost limit, or a catalogue with prices (docs/sensors.md).\n"

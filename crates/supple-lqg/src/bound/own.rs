@@ -7,7 +7,7 @@ use super::horizon::Stationary;
 use super::regulator::regulator;
 use super::settle::settled;
 use crate::Error;
-use crate::belief::{Belief, kalman};
+use crate::belief::{Belief, kalman_to_the_end};
 use crate::dense::{Dense, dense, eigenvalues, first, joseph, store, symmetric};
 use crate::given::MEASUREMENT;
 use crate::information::control_information;
@@ -182,7 +182,8 @@ fn control_nats(
             }
         }
         let mut belief = Belief::zeros(n, size.measurements, steps);
-        kalman(&knots, &noise, &mut belief)?;
+        // Rounding may have made the covariance indefinite where a state is known.
+        kalman_to_the_end(&knots, &noise, &mut belief)?;
         let nats = control_information(&knots, &policy, &belief, &noise)?;
         let (half, last) = (nats[steps / 2], nats[steps - 1]);
         if (half - last).abs() <= 1e-9 * (1.0 + last.abs()) {

@@ -35,6 +35,7 @@
 
 use serde::{Deserialize, Serialize};
 use supple::Named;
+use supple::plan::PlanMode;
 use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth, every_measurement, select};
 use supple_file::{ReadOptions, WithSensors};
 use supple_text::digits;
@@ -142,6 +143,12 @@ const REGIONS: usize = 2000;
 /// Example: the [module](crate::sensors).
 pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<Sensors, StudyError> {
     options.check()?;
+    if task.problem.planning.plan != PlanMode::Nominal {
+        watch.progress.say(
+            "all sets of sensors are compared along the plan that is made with every sensor, but this kind of plan depends on \
+             the sensors: evaluate the task with the sets that matter",
+        );
+    }
     let (mut selection, kinds) = selection(task, options.task.as_deref())?;
     if options.cost.is_some() && selection.candidates.iter().all(|candidate| candidate.price == 0.0) {
         // With unit prices, the cheapest set is the smallest.
@@ -235,8 +242,10 @@ fn search(selection: &Selection, options: &SensorsOptions, watch: Watch) -> Resu
         watch.progress.advance(1);
         !watch.is_stopped()
     };
-    // Even if stopped, the best set so far is a result with a certificate.
     let found = selection.branch_and_bound(goal, limits, most, &mut going)?;
+    if watch.is_stopped() {
+        return Err(StudyError::Stopped);
+    }
     let (bound, proved) = (found.bound, found.proved);
     Ok(Some(Searched { chosen: found.chosen, kind: Search::BranchAndBound, bound, proved }))
 }

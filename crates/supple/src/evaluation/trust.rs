@@ -281,9 +281,12 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
             said(predicted.cost)
         ));
     } else if let Some(needed) = rollouts_needed {
+        let made = match sampled.rollouts {
+            1 => "one roll-out is".to_owned(),
+            many => format!("{many} roll-outs are"),
+        };
         reasons.push(format!(
-            "{} roll-outs are too few to estimate the cost to within 10 %: use about {needed}, `rollouts` in [design]",
-            sampled.rollouts
+            "{made} too few to estimate the cost to within 10 %: use about {needed}, `rollouts` in [design]"
         ));
     } else if error > tolerated {
         reasons.push(format!(
