@@ -137,7 +137,8 @@ impl StudyResult {
             Self::Robustness(result) => {
                 result.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
                     && result.designs.iter().all(|design| {
-                        design.warnings.is_empty() && design.status.is_none_or(|status| status == DesignStatus::Converged)
+                        design.warnings.is_empty()
+                            && design.status.is_none_or(|status| status == DesignStatus::Converged)
                     })
             }
             Self::Pareto(result) => {

@@ -44,8 +44,8 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
     along.into_iter().map(|(name, states)| ContactReport::of(name, &states, time_step)).collect()
 }
 
-/// A warning for each cost that tracks a force at a contact that the plan never makes, given the reports of all
-/// contacts; and one for each contact that is deep inside its wall at the start.
+/// A warning for each cost that tracks a force at a contact that the plan never makes, or that none could have, given the
+/// reports of all contacts; and one for each contact that is deep inside its wall at the start.
 ///
 /// Example: [`contact_reports`].
 #[must_use]
@@ -53,6 +53,15 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
     let missed = |wanted: WantedForce| {
         let report = reports.get(wanted.contact).filter(|report| !report.touches)?;
         let WantedForce { cost, kind, target, .. } = wanted;
+        if target < 0.0 {
+            return Some(format!(
+                "task `{}`: cost {} ({kind}) tracks a force of {} N at `{}`, but contacts only push: its target must be at least 0",
+                task.name,
+                cost + 1,
+                short(target, 3),
+                report.name,
+            ));
+        }
         Some(format!(
             "task `{}`: the plan never makes contact with `{}`, but cost {} ({kind}) tracks a force of {} N there; the minimum clearance is {} m; raise the weight of this cost, add a `penetration` cost that pulls the plan there, or give an \
              `initial_control` that reaches it",
