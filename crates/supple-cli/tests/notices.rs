@@ -50,7 +50,7 @@ starts = 1
 branch_attempts = 0
 "#;
 
-const WARNING: &str = "warning: inertial of link `upper`: ";
+const WARNING: &str = "warning: arm.urdf: inertial of link `upper`: ";
 const LIMIT: &str = "    position of joint `slide`: 0.35 at step 0, above 0.3 (";
 
 fn arm() -> Folder {
