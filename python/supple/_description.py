@@ -121,7 +121,10 @@ def _is_list(given: object) -> bool:
 
 def numbers(given: Any) -> list[Number]:
     """Numbers as Python numbers; names are kept."""
-    return [entry if isinstance(entry, str) else real(entry) for entry in given]
+    try:
+        return [entry if isinstance(entry, str) else real(entry) for entry in given]
+    except (TypeError, ValueError):
+        raise UsageError(f"{given!r}: valid: a list of numbers or names of parameters") from None
 
 
 def control_rows(given: Any) -> list[list[Number]]:

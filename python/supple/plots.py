@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ._files import written
 from ._supple import Kept
-from .errors import StorageError, UsageError
+from .errors import UsageError
 
 if TYPE_CHECKING:
     from .results import Result
@@ -39,12 +40,7 @@ class Figure:
         Raises:
             StorageError: If it cannot be written.
         """
-        contents = self.render(Path(path).suffix.lstrip(".").lower())
-        try:
-            Path(path).write_bytes(contents)
-        except OSError as error:
-            raise StorageError(f"{path}: cannot be written: {error.strerror}") from error
-        return Path(path)
+        return written(path, self.render(Path(path).suffix.lstrip(".").lower()))
 
     def _repr_svg_(self) -> str:
         return self._svg

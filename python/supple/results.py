@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from . import _frames, _html
 from ._asked import check_choice
+from ._files import written
 from ._records import Array, Record, build
 from ._supple import Kept, NativeController
 from .controller import Controller
@@ -96,10 +97,13 @@ class Result:
         return cls(Kept.load(folder))
 
     def report(self, path: str | os.PathLike[str], *others: Result) -> Path:
-        """Writes one HTML page with this result and others, which requires no network, and returns the path."""
+        """Writes one HTML page with this result and others, which requires no network, and returns the path.
+
+        Raises:
+            StorageError: If it cannot be written.
+        """
         page = self._kept.report([other._kept for other in others])
-        Path(path).write_text(page, encoding="utf-8")
-        return Path(path)
+        return written(path, page.encode())
 
     @property
     def plot(self) -> Plots:

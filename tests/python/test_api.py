@@ -191,6 +191,8 @@ def test_figures_and_reports(best: supple.Design, task: supple.Task, tmp_path: P
     assert figure.save(tmp_path / "LANDSCAPE.SVG").read_bytes().startswith(b"<")
     with pytest.raises(supple.StorageError, match="cannot be written: No such file"):
         figure.save(tmp_path / "nowhere" / "landscape.svg")
+    with pytest.raises(supple.StorageError, match="cannot be written: No such file"):
+        best.report(tmp_path / "nowhere" / "page.html")
     assert best.plot.landscape(points=3).render("svg") != figure.render("svg")
     assert "<html" in best.report(tmp_path / "page.html", sweep).read_text()[:200].lower()
     best.plot.belief(), best.plot.gains(), best.plot.information()

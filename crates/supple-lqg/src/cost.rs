@@ -2,6 +2,7 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, rows};
 
 use crate::belief::Belief;
+use crate::given::{Given, INITIAL, PROCESS};
 use crate::noise::Noise;
 use crate::riccati::Policy;
 
@@ -61,9 +62,11 @@ impl CostParts {
 pub fn cost_parts(nominal: f64, policy: &Policy, belief: &Belief, noise: &Noise) -> CostParts {
     let (xi, s) = (&policy.value_of_information, &policy.curvature);
     let (n, steps) = (xi.rows(), xi.count());
-    for (array, count) in [(&belief.corrected, steps), (&noise.process, steps), (&noise.initial, 1)] {
-        let fits = (array.rows(), array.cols()) == (n, n) && (array.is_constant() || array.count() >= count);
-        assert!(fits, "policy, belief and noise do not fit each other");
+    for (what, array, count) in
+        [("the belief", &belief.corrected, steps), (PROCESS, &noise.process, steps), (INITIAL, &noise.initial, 1)]
+    {
+        let fits = Given { what, array, shape: (n, n), count }.check_shape();
+        assert!(fits.is_ok(), "policy, belief and noise do not fit each other: {fits:?}");
     }
     CostParts {
         nominal,

@@ -3,7 +3,7 @@
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::dense::dense;
+use crate::dense::{Dense, dense};
 use crate::semidefinite::{refuse_indefinite, semidefinite_root};
 
 /// The most by which two entries that must be equal may differ, as a share of the square root of their diagonal entries'
@@ -56,8 +56,7 @@ impl Given<'_> {
         self.check_finite()?;
         for step in 0..self.array.count() {
             if !self.is_diagonal_or_definite(step) {
-                let refused = |found| Error::NotPositiveSemidefinite { what: self.what, step, found };
-                semidefinite_root(&dense(self.array, step)).map_err(refused)?;
+                root_of(self.what, self.array, step)?;
             }
         }
         Ok(())
@@ -77,6 +76,14 @@ impl Given<'_> {
         };
         off_diagonal().all(is_same) && refuse_indefinite(self.array, step).is_ok()
     }
+}
+
+/// [`semidefinite_root`] of the matrix of a step.
+///
+/// # Errors
+/// If it is not symmetric and positive semidefinite.
+pub(crate) fn root_of(what: &'static str, array: &Matrices, step: usize) -> Result<Dense, Error> {
+    semidefinite_root(&dense(array, step)).map_err(|found| Error::NotPositiveSemidefinite { what, step, found })
 }
 
 /// Whether there are as many of something as there must be.

@@ -4,7 +4,7 @@ use supple_kernels::Matrices;
 
 use crate::Error;
 use crate::arrays::Entries;
-use crate::given::{COST, Given, check_some};
+use crate::given::{COST, Given, check_count, check_some};
 
 /// Lengths of a model's vectors.
 ///
@@ -162,9 +162,7 @@ impl Knots {
         ];
         arrays.iter().try_for_each(Given::check_shape)?;
         let Some(picks) = &self.picks else { return Ok(()) };
-        if picks.len() != p {
-            return Err(Error::Shape { what: "the list of picked states".into(), found: picks.len(), expected: p });
-        }
+        check_count("the list of picked states", picks.len(), p)?;
         match picks.iter().find(|&&state| state >= n) {
             Some(&found) => Err(Error::TooMany { what: "the index of a picked state".into(), found, most: n - 1 }),
             None => Ok(()),

@@ -3,9 +3,7 @@
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::dense::dense;
-use crate::given::{Given, INITIAL, PROCESS};
-use crate::semidefinite::semidefinite_root;
+use crate::given::{Given, INITIAL, PROCESS, root_of};
 
 /// A linear system over T decisions with a cost of state uncertainty at each; sensors and controllers are left open.
 ///
@@ -87,11 +85,7 @@ impl Horizon {
         ];
         for (what, array, count) in arrays {
             for t in 0..count.min(array.count()) {
-                semidefinite_root(&dense(array, t)).map_err(|found| Error::NotPositiveSemidefinite {
-                    what,
-                    step: t,
-                    found,
-                })?;
+                root_of(what, array, t)?;
             }
         }
         Ok(())

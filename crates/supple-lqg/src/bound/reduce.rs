@@ -3,8 +3,7 @@
 use super::horizon::Horizon;
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, dense, solve_lower, svd, symmetric};
-use crate::given::{INITIAL, PROCESS};
-use crate::semidefinite::semidefinite_root;
+use crate::given::{INITIAL, PROCESS, root_of};
 
 /// Standard deviations below this share of the largest, in units of each state's own, count as none.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -70,12 +69,9 @@ impl Chain {
     /// The horizon in reduced coordinates; `budget` is what the covariances may cost.
     pub fn of_horizon(horizon: &Horizon, budget: f64) -> Result<Self, Error> {
         let steps = horizon.prices.count();
-        let root = |of: &_, t, what| {
-            semidefinite_root(&dense(of, t)).map_err(|found| Error::NotPositiveSemidefinite { what, step: t, found })
-        };
-        let mut basis = root(&horizon.initial, 0, INITIAL)?;
+        let mut basis = root_of(INITIAL, &horizon.initial, 0)?;
         let mut stages = Vec::with_capacity(steps);
-        let mut process_root = root(&horizon.process, 0, PROCESS)?;
+        let mut process_root = root_of(PROCESS, &horizon.process, 0)?;
         for t in 0..steps {
             let price = dense(&horizon.prices, t);
             let price = symmetric(basis.transpose() * (price / budget) * &basis);
@@ -89,7 +85,7 @@ impl Chain {
                 break;
             }
             if t > 0 && !horizon.process.is_constant() {
-                process_root = root(&horizon.process, t, PROCESS)?;
+                process_root = root_of(PROCESS, &horizon.process, t)?;
             }
             let measured = measured_root(&basis, &price, steps).ok_or_else(unscaled)?;
             let (next, dynamics, process) = reach(&dense(&horizon.dynamics, t), &basis, &process_root, &measured);

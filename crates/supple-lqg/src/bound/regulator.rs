@@ -7,8 +7,7 @@ use super::horizon::{Stationary, check_growth};
 use super::verify::{Quotient, SteadyLaw, Unsettled, steady_law};
 use crate::Error;
 use crate::dense::{Dense, congruence, dense, store};
-use crate::given::PROCESS;
-use crate::semidefinite::semidefinite_root;
+use crate::given::{Given, PROCESS, root_of};
 
 impl Stationary {
     /// The problem `x+ = A x + B u + w`, `w` of covariance `process`, with the cost `1/2 z' L z` per step of `z = (x, u)`:
@@ -23,30 +22,18 @@ impl Stationary {
     pub fn new(dynamics: &Matrices, process: &Matrices, cost: &Matrices) -> Result<Self, Error> {
         let n = dynamics.rows();
         let joint = dynamics.cols();
-        let shapes = [
-            ("cost rows", cost.rows(), joint),
-            ("cost columns", cost.cols(), joint),
-            ("process covariance rows", process.rows(), n),
-            ("process covariance columns", process.cols(), n),
-        ];
-        for (what, found, expected) in shapes {
-            if found != expected {
-                return Err(Error::Shape { what: what.into(), found, expected });
-            }
-        }
         if joint < n {
             return Err(Error::Shape { what: "a row of [A, B]".into(), found: joint, expected: n });
         }
-        for (what, array) in [("[A, B]", dynamics), (PROCESS, process), ("the cost", cost)] {
-            if !array.at(0).iter().all(|v| v.is_finite()) {
-                return Err(Error::NotFinite { what, step: 0 });
-            }
-        }
+        let arrays = [
+            Given { what: "[A, B]", array: dynamics, shape: (n, joint), count: 1 },
+            Given { what: PROCESS, array: process, shape: (n, n), count: 1 },
+            Given { what: "the cost", array: cost, shape: (joint, joint), count: 1 },
+        ];
+        arrays.iter().try_for_each(Given::check_finite)?;
         check_growth(dynamics)?;
         let (f, l, w) = (dense(dynamics, 0), dense(cost, 0), dense(process, 0));
-        if let Err(found) = semidefinite_root(&l) {
-            return Err(Error::NotPositiveSemidefinite { what: "the cost of states and controls", step: 0, found });
-        }
+        root_of("the cost of states and controls", cost, 0)?;
         let found = regulator(&f, &l, &w)?;
         let (mut price, mut system) = (Matrices::constant(n, n), Matrices::constant(n, n));
         store(&mut price, 0, &found.price);

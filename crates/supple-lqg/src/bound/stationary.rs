@@ -24,8 +24,7 @@ use super::witness::{Witness, WitnessStep};
 use super::zeros::{lasting, moduli};
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, congruence, dense, store, svd, symmetric};
-use crate::given::PROCESS;
-use crate::semidefinite::semidefinite_root;
+use crate::given::{PROCESS, root_of};
 
 /// Steps of the filter that scales coordinates, in addition to two for every state.
 const SCALING: usize = 30;
@@ -309,11 +308,8 @@ fn keeping(
 /// The system in coordinates of the states that cost something and stay uncertain (theory, equation L.16).
 fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let n = system.dynamics.rows();
-    let root = |of, what| {
-        semidefinite_root(&dense(of, 0)).map_err(|found| Error::NotPositiveSemidefinite { what, step: 0, found })
-    };
-    root(&system.price, "the price of not knowing the state")?;
-    let driven = root(&system.process, PROCESS)?;
+    root_of("the price of not knowing the state", &system.price, 0)?;
+    let driven = root_of(PROCESS, &system.process, 0)?;
     let InUnits { d, a, price } = InUnits::of(system);
     let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
     let price = price / budget;
