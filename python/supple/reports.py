@@ -308,8 +308,7 @@ class Estimate(Record):
     Attributes:
         mean: The mean.
         standard_error: Its standard error.
-        interval_95: 95 % confidence interval of the expectation, 1.96 standard errors to both sides of the mean, (2,);
-            ``None`` for a single sample.
+        interval_95: 95 % confidence interval of the expectation, by Student's t, (2,); ``None`` for a single sample.
     """
 
     mean: float
@@ -415,8 +414,8 @@ class MonteCarlo(Record):
         diverged: Number of roll-outs that diverged.
         cost_mean: Mean cost.
         cost_standard_error: Its standard error.
-        cost_interval_95: 95 % confidence interval of the expected cost, 1.96 standard errors to both sides of the mean, (2,);
-            ``None`` for a single roll-out, or if one diverged.
+        cost_interval_95: 95 % confidence interval of the expected cost, by Student's t, (2,); ``None`` for a single
+            roll-out, or if one diverged.
         difference: Mean minus expected cost.
         consistency: Whether the filter's covariance matches its errors; ``None`` if a roll-out diverged.
         realised_bits: Measured information, bits; ``None`` if a roll-out diverged or noise depends on the state.

@@ -259,6 +259,40 @@ fn actuators_with_delays_have_a_steady_state() {
     }
 }
 
+/// States that no noise drives become known, however slowly: a filter's rates are those of the other states alone, where
+/// the known ones are constant, turn or vanish, and where they drive the others or disturb the sensors.
+#[test]
+fn states_that_nothing_drives_become_known() {
+    let rates = |a: &[f64], w: &[f64], sensors: &[f64]| {
+        let n = w.len();
+        let first = |i: usize, j: usize| f64::from(u8::from(i == 0 && j == 0));
+        let (a, w) = (of(n, a), DMatrix::from_diagonal(&DVector::from_row_slice(w)));
+        let (b, q) = (DMatrix::from_fn(n, 1, first), DMatrix::from_fn(n, n, first));
+        let system = System { a, b, w, q, r: of(1, &[1.0]) };
+        let (mut knots, noise) = system.knots(2);
+        (0..=2).for_each(|t| store(&mut knots.measurement, t, &of(n, sensors)));
+        let own = own_rates(&system.stationary(), &knots, &noise).unwrap().unwrap();
+        [own.price, own.measurement_nats, own.control_nats.unwrap()]
+    };
+    let (sin, cos) = 0.3_f64.sin_cos();
+    let turning = [1.0, 0.0, 0.0, 0.0, cos, sin, 0.0, -sin, cos];
+    let alone = rates(&[1.0], &[0.1], &[1.0]);
+    for (name, found) in [
+        ("constant", rates(&[1.0, 0.0, 0.0, 1.0], &[0.1, 0.0], &[1.0, 0.0, 0.0, 1.0])),
+        ("an offset of the sensor", rates(&[1.0, 0.0, 0.0, 1.0], &[0.1, 0.0], &[1.0, 1.0, 0.0, 1.0])),
+        ("a decaying push", rates(&[1.0, 0.3, 0.0, 0.9], &[0.1, 0.0], &[1.0, 0.0, 0.0, 0.0])),
+        ("turning", rates(&turning, &[0.1, 0.0, 0.0], &[1.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])),
+    ] {
+        let close = alone.iter().zip(&found).all(|(alone, found)| (alone - found).abs() <= 1e-9 * alone);
+        assert!(close, "{name}: {found:?} for {alone:?}");
+    }
+    // All known, so that nothing is measured.
+    assert_eq!(rates(&[1.0], &[0.0], &[1.0]), [0.0; 3]);
+    // Growing without noise: as much information as growth. Constant, undriven and unseen: as uncertain as at first.
+    let [_, measured, _] = rates(&[2.0], &[0.0], &[1.0]);
+    assert!((measured - 2f64.ln()).abs() < 1e-9, "{measured}");
+}
+
 /// A cart with a pendulum, held upright, sampled at 20 and at 100 Hz: slow modes beside fast ones.
 #[test]
 fn a_cart_pole_at_any_cost() {

@@ -40,7 +40,7 @@ mod _supple {
     #[pymodule_export]
     use crate::task::NativeTask;
     #[pymodule_export]
-    use crate::unit::{Units, instructions, most_steps, times, use_instructions};
+    use crate::unit::{Units, instructions, mean_and_interval, most_steps, times, use_instructions};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

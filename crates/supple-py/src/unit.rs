@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use supple::Stop;
 use supple::design::{Control, DesignSettings, StartSummary};
+use supple::simulate::Estimate;
 use supple::{Dimensions, Level};
 use supple_study::design::run_start;
 use supple_study::robustness::{RobustnessOptions, RobustnessUnits};
@@ -125,6 +126,13 @@ pub fn most_steps(states: usize, controls: usize) -> usize {
 #[pyfunction]
 pub fn times(steps: usize, time_step: f64) -> Vec<f64> {
     (0..=steps).map(|step| supple::time_of(step, time_step)).collect()
+}
+
+/// Mean of samples, and the 95 % confidence interval of their expectation; no interval of fewer than two.
+#[pyfunction]
+pub fn mean_and_interval(samples: Vec<f64>) -> (f64, Option<(f64, f64)>) {
+    let found = Estimate::of(samples.into_iter());
+    (found.mean, found.interval_95.map(|[low, high]| (low, high)))
 }
 
 fn name(level: Level) -> String {

@@ -125,6 +125,42 @@ fn several_tasks_share_one_factor() {
     );
 }
 
+/// A parameter that changes the cost alone is free at the loose end. Of all its values the front ends at the cheapest: with
+/// any other, its last points would cost more for the same information.
+#[test]
+fn the_front_ends_at_the_cheapest_of_designs_that_are_equally_informative() {
+    let text = |bound: f64| {
+        format!(
+            r#"
+            model = {{ kind = "linear", A = [[1.05]], B = [["g"]], C = [[1.0]] }}
+            parameters.g = {{ initial = 0.3, bounds = [0.1, 2.0] }}
+            parameters.v = {{ initial = 0.1, bounds = [0.01, 1.0], scale = "log" }}
+            [[tasks]]
+            name = "hold"
+            steps = 10
+            time_step = 0.1
+            bound = {bound}
+            initial_state = [1.0]
+            noise = {{ initial = [1.0], process = [0.1], measurement = ["v"] }}
+            costs = [{{ kind = "quadratic", Q = [[1.0]], R = [[0.2]] }}]
+            "#
+        )
+    };
+    let task = load(&text(20.0));
+    let found = front(&task, 5).unwrap();
+    assert_front(&found);
+    // The cost at the noisiest sensor, least over the gain of the controls.
+    let cost =
+        |gain: f64| task.problem.evaluate(&[gain, 1.0], &EvaluateOptions::default()).unwrap().tasks[0].cost.expected;
+    let least = (100..=200).map(|hundredths| cost(f64::from(hundredths) / 100.0)).fold(f64::INFINITY, f64::min);
+    let [.., before, last] = &found.points[..] else { panic!("five points") };
+    let width = last.factor - found.points[0].factor;
+    assert!((20.0 * last.factor - least).abs() <= 0.006 * 20.0 * width, "{last:?}: {least}");
+    assert!(before.information_nats > 1.01 * last.information_nats, "{before:?}");
+    // Where all designs but one are cheaper, the end is that design's.
+    assert!(front(&load(&text(5.0)), 3).unwrap().remarks[0].text.contains("from a factor of 1.38"));
+}
+
 #[test]
 fn the_same_on_any_number_of_threads() {
     let task = load(&shipped("two_mass_small.toml"));

@@ -13,7 +13,7 @@ import numpy as np
 
 from .._asked import check_choice, check_counts, finite, logged
 from .._records import Array, build
-from .._supple import NativeTask
+from .._supple import NativeTask, mean_and_interval
 from ..checks import Linearisation
 from ..errors import ComputeError, UsageError
 from ..reports import Consistency
@@ -358,8 +358,5 @@ def _loop(runs: Mapping[str, Any], off: Array) -> SampledLoop:
 
 def _mean(samples: Array) -> tuple[float, Array]:
     """The mean, and where the expectation is with 95 %."""
-    if not np.isfinite(samples).all() or len(samples) < 2:
-        mean = float("inf") if len(samples) > 1 else float("nan")
-        return mean, np.array([np.nan, np.nan])
-    mean, error = float(samples.mean()), 1.96 * float(samples.std(ddof=1)) / np.sqrt(len(samples))
-    return mean, np.array([mean - error, mean + error])
+    mean, interval = mean_and_interval(samples) if np.isfinite(samples).all() else (float("inf"), None)
+    return mean if len(samples) > 1 else float("nan"), np.array(interval or [np.nan, np.nan])

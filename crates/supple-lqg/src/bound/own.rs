@@ -6,9 +6,10 @@ use supple_kernels::{Matrices, halt, math};
 use super::horizon::Stationary;
 use super::regulator::regulator;
 use super::settle::settled;
+use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
 use crate::Error;
 use crate::belief::{Belief, kalman_to_the_end};
-use crate::dense::{Dense, dense, eigenvalues, first, joseph, store, symmetric};
+use crate::dense::{Dense, congruence, dense, eigenvalues, first, joseph, store, symmetric};
 use crate::given::MEASUREMENT;
 use crate::information::control_information;
 use crate::knots::Knots;
@@ -67,9 +68,12 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
     let (c, v) = (dense(&knots.measurement, 0), dense(&noise.measurement, 0));
     let indefinite = Error::NotPositiveDefinite { what: MEASUREMENT, step: 0 };
     let of_noise = v.clone().cholesky().ok_or(indefinite)?;
+    // States that no noise drives become known as 1/t: the filter would never settle.
+    let uncertain = uncertain(&a, &w, &c);
+    let (a, w, c) = (among(&uncertain, &a), symmetric(among(&uncertain, &w)), c * &uncertain);
     // Does not start from X_0: initial knowledge of an undriven state may still be lost as the state grows.
-    let mut predicted = dense(&noise.initial, 0);
-    let mean = (predicted.trace() + w.trace()) / a.nrows() as f64;
+    let mut predicted = symmetric(among(&uncertain, &dense(&noise.initial, 0)));
+    let mean = (predicted.trace() + w.trace()) / a.nrows().max(1) as f64;
     for i in 0..a.nrows() {
         predicted[(i, i)] += if mean > 0.0 { mean } else { 1.0 };
     }
@@ -90,10 +94,36 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
     let Some(Step { next, corrected, innovation, .. }) = steady else { return Ok(None) };
     let log = |factor: &Dense| factor.diagonal().iter().map(|pivot| math::ln(*pivot)).sum::<f64>();
     Ok(Some(OwnRates {
-        price: dense(&problem.price, 0).dot(&corrected).max(0.0),
-        measurement_nats: log(innovation.l_dirty()) - log(of_noise.l_dirty()),
-        control_nats: control_nats(problem, (knots, noise), &next)?,
+        price: dense(&problem.price, 0).dot(&congruence(&uncertain, &corrected)).max(0.0),
+        // Rounding of a state that is known must not become less than no information.
+        measurement_nats: (log(innovation.l_dirty()) - log(of_noise.l_dirty())).max(0.0),
+        control_nats: control_nats(problem, (knots, noise), &congruence(&uncertain, &next))?,
     }))
+}
+
+/// An orthonormal basis of the states that a filter stays uncertain of, by columns: all but those that no noise drives,
+/// that do not grow, and that the sensors see or that vanish by themselves.
+fn uncertain(a: &Dense, w: &Dense, c: &Dense) -> Dense {
+    let all = Dense::identity(a.nrows(), a.nrows());
+    // An orthonormal basis of the modes within some states that outgrow a factor per step.
+    let outgrowing = |states: &Dense, factor: f64| match states.ncols() {
+        0 => Some(states.clone()),
+        _ => unstable(&among(states, a), factor).map(|growing| states * growing),
+    };
+    let undriven = complement(&invariant_hull(a, w.clone()));
+    let Some(growing) = outgrowing(&undriven, 1.0 + GROWTH) else { return all };
+    let known = &undriven * complement(&(undriven.transpose() * growing));
+    // What neither vanishes nor is seen stays as uncertain as at first.
+    let unseen = complement(&observed(a, &(c.transpose() * c)));
+    match outgrowing(&unseen, 1.0 - GROWTH) {
+        Some(lasting) if (known.transpose() * &lasting).norm() <= STABLE => complement(&known),
+        _ => all,
+    }
+}
+
+/// `T' A T`: a map among some states, `T` an orthonormal basis of them.
+fn among(states: &Dense, a: &Dense) -> Dense {
+    states.transpose() * a * states
 }
 
 /// A Kalman filter of a time-invariant system.

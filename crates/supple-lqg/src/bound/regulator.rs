@@ -85,20 +85,24 @@ pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Resu
 
 /// The regulator with no state left out.
 fn all_of(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, Error> {
-    let SteadyLaw { s, price, least, unpriced } =
-        steady_law(&matrix(dynamics), &matrix(cost), &matrix(process), &halt::is_requested).map_err(
-            |why| match why {
-                Unsettled::Stopped => Error::Stopped,
-                Unsettled::Grows => Error::NoBound {
-                    what: "no regulator achieves a finite expected cost per step".into(),
-                    advice: "let the controls act on every unstable state that costs something",
-                },
-                Unsettled::Digits => Error::NoBound {
-                    what: "the optimal regulator is too sensitive to rounding".into(),
-                    advice: "scale the states to similar sizes, or give every control a cost",
-                },
-            },
-        )?;
+    let SteadyLaw { s, price, least, unpriced } = steady_law(
+        &matrix(dynamics),
+        &matrix(cost),
+        &matrix(process),
+        &halt::is_requested,
+    )
+    .map_err(|why| match why {
+        Unsettled::Stopped => Error::Stopped,
+        Unsettled::Grows => Error::NoBound {
+            what: "no regulator achieves a finite expected cost per step from every first state".into(),
+            advice: "let the controls act on every unstable state that costs something, and leave out constant states \
+                             that controls have to balance at a cost",
+        },
+        Unsettled::Digits => Error::NoBound {
+            what: "the optimal regulator is too sensitive to rounding".into(),
+            advice: "scale the states to similar sizes, or give every control a cost",
+        },
+    })?;
     let [s, price, unpriced] = [&s, &price, &unpriced].map(of_matrix);
     Ok(Regulator { s, price, least, unpriced, costly: Dense::zeros(0, dynamics.nrows()) })
 }

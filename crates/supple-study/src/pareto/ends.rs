@@ -1,11 +1,12 @@
 use supple::design::{Aim, InformationWeights, StartSummary};
 
 use super::Front;
+use super::follow::{SAME, search};
 use crate::StudyError;
 
 /// The ends of a front.
 pub(super) struct Ends {
-    /// The least information without bounds; of the designs that need none, the one for which the tightest bounds do.
+    /// The least information without bounds; of several such designs, the one that meets the tightest bounds.
     pub loose: StartSummary,
     /// The smallest factor at which no cost limit is active.
     pub loose_factor: f64,
@@ -50,6 +51,36 @@ pub(super) fn find_ends(front: &Front) -> Result<Ends, StudyError> {
         let without_measurements = 1.0 + blind.assess(&loose.to, &loose.controls)?.violation;
         loose_factor = loose_factor.max(without_measurements);
         loose = front.searcher(Aim::Information { factor: loose_factor }).assess(&loose.to, &loose.controls)?;
+    } else {
+        loose = cheapest_of_least(front, loose, tight_factor)?;
+        loose_factor = front.factor(&loose);
     }
     Ok(Ends { loose, loose_factor, tight, tight_factor })
+}
+
+/// How closely the cheapest of several designs of least information is found, as a share of the front's width.
+const NEAR: f64 = 5e-3;
+
+/// Of the designs with the information of `loose`, one that meets the tightest bounds: parameters that change the cost alone
+/// are anything without bounds. Found by bisection, as long as tighter bounds take no information.
+fn cheapest_of_least(front: &Front, mut loose: StartSummary, tight: f64) -> Result<StartSummary, StudyError> {
+    let least = loose.objective + SAME * loose.objective.abs();
+    let (mut missed, near) = (tight, NEAR * (front.factor(&loose) - tight));
+    let mut trial = front.factor(&loose) - near;
+    for number in 0.. {
+        if front.factor(&loose) - missed <= near || trial <= missed {
+            break;
+        }
+        let found = search(front, &format!("cheaper design {number}"), &loose, trial, front.settings.starts)?;
+        if found.status.meets_bounds() && found.objective <= least {
+            loose = found;
+        } else if number == 0 {
+            // Tighter bounds take information at once, as they do unless the design of least information is one of many.
+            break;
+        } else {
+            missed = trial;
+        }
+        trial = 0.5 * (missed + front.factor(&loose));
+    }
+    Ok(loose)
 }

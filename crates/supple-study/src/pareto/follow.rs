@@ -19,7 +19,7 @@ pub(super) struct Point {
 }
 
 /// Information that differs by less than this, relatively, is the same.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 
 /// A front narrower than this, relative to its factors, is one point.
 const NARROW: f64 = 1e-6;
@@ -127,7 +127,7 @@ fn tight_end(front: &Front, ends: &Ends) -> Result<StartSummary, StudyError> {
     Ok(summary)
 }
 
-fn search(
+pub(super) fn search(
     front: &Front,
     name: &str,
     from: &StartSummary,

@@ -106,7 +106,7 @@ fn own_bounds(ends: &Ends) -> String {
     } else if *loose <= 1.0 {
         format!("the cost limits in the task file are not active; they become inactive at a factor of {loose:.6}")
     } else {
-        format!("cost limits are active for factors from {tight:.6}, the smallest feasible factor, to {loose:.6}")
+        format!("the smallest feasible factor is {tight:.6}; no cost limit is active from a factor of {loose:.6} on")
     }
 }
 

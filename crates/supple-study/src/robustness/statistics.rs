@@ -1,6 +1,6 @@
 //! What samples of costs tell: means, confidence, quantiles, paired differences.
 
-use statrs::function::beta::checked_beta_reg;
+use supple::simulate::{student_quantile, student_tails};
 
 use super::Paired;
 
@@ -45,7 +45,7 @@ pub(super) fn paired(differences: &[f64]) -> Paired {
     let half = half_width(deviation, differences.len());
     let p_value = if deviation > 0.0 {
         let t = difference / (deviation / (differences.len() as f64).sqrt());
-        two_sided(t, (differences.len() - 1) as f64)
+        student_tails(t, (differences.len() - 1) as f64)
     } else if deviation == 0.0 {
         // All differences are the same: either there is none, or there is one for certain.
         if difference == 0.0 { 1.0 } else { 0.0 }
@@ -55,59 +55,12 @@ pub(super) fn paired(differences: &[f64]) -> Paired {
     Paired { difference, interval_95: [difference - half, difference + half], p_value }
 }
 
-/// The number that Student's t exceeds, on either side, with a probability of `outside`.
-fn student_quantile(outside: f64, freedom: f64) -> f64 {
-    let exceeds = |t: f64| two_sided(t, freedom) > outside;
-    let mut above: f64 = 1.0;
-    while exceeds(above) {
-        above *= 2.0;
-    }
-    let mut below = 0.0;
-    // Halves of an interval that doubles to more than the quantile: no digits are left after so many.
-    for _ in 0..64 {
-        let middle = 0.5 * (below + above);
-        *(if exceeds(middle) { &mut below } else { &mut above }) = middle;
-    }
-    0.5 * (below + above)
-}
-
-/// How likely Student's t is as far from 0 as `t`, on either side: `I_(nu / (nu + t^2)) (nu / 2, 1 / 2)`, which keeps
-/// its digits where it is small.
-fn two_sided(t: f64, freedom: f64) -> f64 {
-    checked_beta_reg(0.5 * freedom, 0.5, freedom / (freedom + t * t)).unwrap_or(f64::NAN)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn close(found: f64, expected: f64, tolerance: f64) {
         assert!((found - expected).abs() <= tolerance * expected.abs(), "{found}, not {expected}");
-    }
-
-    /// From tables of Student's distribution, and closed forms for one and two degrees of freedom.
-    #[test]
-    fn quantiles_of_student() {
-        let tangent = (std::f64::consts::PI * 0.475).tan();
-        close(student_quantile(0.05, 1.0), tangent, 1e-9);
-        close(student_quantile(0.05, 2.0), 0.95 * (2.0 / (4.0 * 0.975 * 0.025f64)).sqrt(), 1e-9);
-        close(student_quantile(0.05, 19.0), 2.093_024_054_408_263, 1e-9);
-        // The normal distribution's, and the first term of what it lacks: (z^3 + z) / (4 nu).
-        let normal = 1.959_963_984_540_054f64;
-        let first = |freedom: f64| normal + (normal.powi(3) + normal) / (4.0 * freedom);
-        close(student_quantile(0.05, 1999.0), first(1999.0), 1e-6);
-        close(student_quantile(0.05, 1e6), first(1e6), 1e-10);
-    }
-
-    /// Closed forms for one degree of freedom (Cauchy) and two, and a far tail.
-    #[test]
-    fn p_values_of_student() {
-        close(two_sided(1.0, 1.0), 0.5, 1e-12);
-        close(two_sided(-3.0, 2.0), 1.0 - 3.0 / 11f64.sqrt(), 1e-10);
-        close(two_sided(2.093_024_054_408_263, 19.0), 0.05, 1e-9);
-        assert_eq!(two_sided(0.0, 7.0), 1.0);
-        let far = two_sided(40.0, 1999.0);
-        assert!(far > 0.0 && far < 1e-200, "{far}");
     }
 
     /// Student's own data of 1908: hours of sleep gained with two drugs, in pairs.

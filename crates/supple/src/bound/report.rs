@@ -228,6 +228,8 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     });
     let whose = if keeps {
         format!("this design's sensors and controller{along}")
+    } else if bound.own_cost.is_none() {
+        "this design, whose cost is not known; not comparable".to_owned()
     } else {
         "this design, whose cost exceeds D; not comparable".to_owned()
     };

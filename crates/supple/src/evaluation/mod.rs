@@ -161,6 +161,7 @@ fn evaluate_task(
         kept_limit: bound.filter(|_| meets(cost, bound, feasibility)),
         bits: information.total_bits,
         contacts: &contacts,
+        has_varying_noise: !task.noise.varying.is_empty(),
     };
     let substeps = task.system.substeps();
     let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, substeps));

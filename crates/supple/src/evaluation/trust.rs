@@ -8,16 +8,20 @@ use supple_text::short;
 
 use crate::plan::PlanStatus;
 use crate::settings::MOST_ROLLOUTS;
-use crate::simulate::{Consistency, Estimate, FinerSteps, MonteCarlo};
+use crate::simulate::{Consistency, Estimate, FinerSteps, MonteCarlo, student_quantile};
 
 /// Differences below this share of a prediction do not matter.
 const TOLERATED: f64 = 0.1;
 /// Differences below this many bits do not matter either.
 const TOLERATED_BITS: f64 = 0.5;
-/// Standard errors by which a sampled mean may be off by chance.
-const CHANCE: f64 = 3.0;
+/// How likely a sampled mean may be off by more than by chance: by three standard errors of many samples.
+const CHANCE: f64 = 2.7e-3;
 /// Margin on the recommended number of roll-outs, because their spread is only estimated from a sample.
 const MORE: f64 = 1.2;
+/// Ratio of the numbers of roll-outs that are tried for it.
+const FINELY: f64 = 1.02;
+/// Three standard deviations, as a share of a band with 95 %.
+const THREE: f64 = 3.0 / 1.96;
 /// How far the filter's consistency may be from 1.
 const INCONSISTENT: f64 = 0.2;
 /// Consistency above which the filter's covariance has nothing to do with its errors.
@@ -92,6 +96,8 @@ pub(super) struct Predicted<'a> {
     pub kept_limit: Option<f64>,
     pub bits: f64,
     pub contacts: &'a [ContactReport],
+    /// Whether noise varies with the state.
+    pub has_varying_noise: bool,
 }
 
 impl Trust {
@@ -167,7 +173,8 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
 fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let finer = sampled.finer.as_ref().and_then(|finer| finer.consistency);
     let of_filter = [sampled.consistency, finer].into_iter().flatten().any(|found| found.mean > LOST);
-    let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - CHANCE * bits.standard_error);
+    let by_chance = chance(sampled.rollouts);
+    let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - by_chance * bits.standard_error);
     let (error, _) = cost_error(predicted, sampled);
     let costs = differs(predicted, sampled) && sampled.cost_mean - error > FAR_MORE * predicted.cost.abs();
     of_filter || bits > FAR_MORE * predicted.bits.max(1.0) || costs
@@ -190,7 +197,7 @@ fn too_coarse(
         ));
     }
     let tolerated = TOLERATED * own_cost_mean.abs();
-    let error = CHANCE * finer.difference_standard_error;
+    let error = chance(rollouts) * finer.difference_standard_error;
     let difference = cost_mean - own_cost_mean;
     let mean_differs = error.is_finite() && difference.abs() > error.max(tolerated);
     // A mean dominated by a few large costs is poorly known; the median is more reliable.
@@ -218,27 +225,32 @@ fn too_coarse(
     }
     let (bits, more) = (finer.realised_bits?.mean, finer.bits_difference?);
     let own = bits - more.mean;
-    (more.mean.abs() > least_bits(own, &more)).then(|| {
+    (more.mean.abs() > least_bits(own, &more, rollouts)).then(|| {
         let (bits, own) = (said(bits), said(own));
         let what = format!("measurements give {bits} bits on a plant of {times} times finer steps, but {own}");
         (Verdict::Doubtful, format!("{what} on the steps of this task; {advice}"))
     })
 }
 
+/// Standard errors by which the mean of so many roll-outs may be off by chance.
+fn chance(rollouts: usize) -> f64 {
+    student_quantile(CHANCE, rollouts as f64 - 1.0)
+}
+
 /// By how many bits roll-outs may differ from the prediction, either by chance or because it does not matter.
-fn least_bits(expected: f64, found: &Estimate) -> f64 {
-    (TOLERATED * expected).max(CHANCE * found.standard_error).max(TOLERATED_BITS)
+fn least_bits(expected: f64, found: &Estimate, rollouts: usize) -> f64 {
+    (TOLERATED * expected).max(chance(rollouts) * found.standard_error).max(TOLERATED_BITS)
 }
 
 /// Whether squared innovations deviate from their expected value by more than chance and more than the tolerance.
 fn is_inconsistent(found: &Consistency) -> bool {
-    let outside = found.mean < found.lower_95 || found.mean > found.upper_95;
-    outside && (found.mean - 1.0).abs() > INCONSISTENT
+    let by_chance = THREE * 0.5 * (found.upper_95 - found.lower_95);
+    (found.mean - 1.0).abs() > INCONSISTENT.max(by_chance)
 }
 
 /// By how much the sampled cost may be off by chance, and by how much it may differ from the predicted one.
 fn cost_error(predicted: &Predicted, sampled: &MonteCarlo) -> (f64, f64) {
-    (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs())
+    (chance(sampled.rollouts) * sampled.cost_standard_error, TOLERATED * predicted.cost.abs())
 }
 
 /// Whether the sampled cost differs from the predicted one by more than chance and more than the tolerance.
@@ -255,14 +267,16 @@ fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize>
     if error <= tolerated || differs(predicted, sampled) {
         return None;
     }
+    let made = sampled.rollouts.max(1) as f64;
+    if !error.is_finite() {
+        return Some(2 * sampled.rollouts.max(1));
+    }
     // The standard error falls with the square root of the number. It is itself an estimate.
-    let needed = MORE * sampled.rollouts.max(1) as f64 * (error / tolerated).powi(2);
-    if !needed.is_finite() {
-        return Some(sampled.rollouts.max(1) * 2);
-    }
-    if needed > MOST_ROLLOUTS as f64 {
-        return None;
-    }
+    let deviation = sampled.cost_standard_error * made.sqrt();
+    let suffices = |count: &f64| student_quantile(CHANCE, count - 1.0) * deviation / count.sqrt() <= tolerated;
+    let most = MOST_ROLLOUTS as f64 / MORE;
+    let counts = std::iter::successors(Some(made), |count| Some(FINELY * count));
+    let needed = MORE * counts.take_while(|&count| count <= most).find(suffices)?;
     let unit = 10.0_f64.powf(needed.log10().floor() - 1.0).max(1.0);
     Some(((needed / unit).ceil() * unit) as usize)
 }
@@ -274,11 +288,16 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
     }
     let (error, tolerated) = cost_error(predicted, sampled);
     if differs(predicted, sampled) {
+        let (found, expected) = (said(sampled.cost_mean), said(predicted.cost));
+        let cause = if predicted.has_varying_noise {
+            "the noise varies with the state, but is expected as it is along the plan, or the cost is not quadratic over the \
+             spread of states"
+        } else {
+            "the cost is not quadratic over the spread of states"
+        };
         reasons.push(format!(
-            "roll-outs cost {}, but {} is expected: the cost is not quadratic over the spread of states; try less \
-             noise, or costs and contacts with more smoothing",
-            said(sampled.cost_mean),
-            said(predicted.cost)
+            "roll-outs cost {found}, but {expected} is expected: {cause}; try less noise, or costs and contacts with more \
+             smoothing"
         ));
     } else if let Some(needed) = rollouts_needed {
         let made = match sampled.rollouts {
@@ -286,7 +305,8 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
             many => format!("{many} roll-outs are"),
         };
         reasons.push(format!(
-            "{made} too few to estimate the cost to within 10 %: use about {needed}, `rollouts` in [design]"
+            "{made} too few to be sure of the cost to within 10 % (three standard errors): use about {needed}, `rollouts` in \
+             [design]"
         ));
     } else if error > tolerated {
         reasons.push(format!(
@@ -295,10 +315,17 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         ));
     }
     if let Some(consistency) = sampled.consistency.filter(is_inconsistent) {
-        let (way, cause) = if consistency.mean > 1.0 {
-            ("overconfident", "measurements or dynamics are nonlinear within the filter's uncertainty")
-        } else {
-            ("underconfident", "measurements or dynamics are less sensitive away from the plan")
+        let (way, cause) = match (consistency.mean > 1.0, predicted.has_varying_noise) {
+            (true, false) => {
+                ("overconfident", "measurements or dynamics are nonlinear within the filter's uncertainty")
+            }
+            (true, true) => {
+                ("overconfident", "the noise is greater away from the plan, or the model is nonlinear there")
+            }
+            (false, false) => ("underconfident", "measurements or dynamics are less sensitive away from the plan"),
+            (false, true) => {
+                ("underconfident", "the noise is less away from the plan, or the model is less sensitive there")
+            }
         };
         reasons.push(format!(
             "the filter is {way}: its squared innovations are {:.3} times their expected value; {cause}. Try less \
@@ -307,7 +334,7 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         ));
     }
     if let Some(bits) = sampled.realised_bits
-        && (bits.mean - predicted.bits).abs() > least_bits(predicted.bits, &bits)
+        && (bits.mean - predicted.bits).abs() > least_bits(predicted.bits, &bits, sampled.rollouts)
     {
         reasons.push(format!(
             "roll-outs gave {} bits, but {} are predicted: the sensors behave differently away from the plan",

@@ -3,16 +3,14 @@
 use crate::common;
 
 use crate::common::shipped;
+use supple::simulate::student_quantile;
 use supple::{EvaluateOptions, Evaluation, Problem};
 
 fn sampled(problem: &Problem, phi: &[f64], rollouts: usize) -> Evaluation {
     problem.evaluate(phi, &EvaluateOptions { rollouts, seed: 1, ..Default::default() }).unwrap()
 }
 
-/// Where everything is linear and the cost quadratic the prediction is exact.
-#[test]
-fn linear_quadratic_prediction_is_exact() {
-    let text = r#"
+const HOLD: &str = r#"
         [model]
         kind = "linear"
         A = [[1.0, 0.1], [-0.2, 0.95]]
@@ -30,25 +28,62 @@ fn linear_quadratic_prediction_is_exact() {
         Q = [[1.0, 0.0], [0.0, 0.1]]
         R = [[0.2]]
     "#;
-    let problem = supple_file::parse(text, "test").unwrap();
+
+/// Where everything is linear and the cost quadratic the prediction is exact.
+#[test]
+fn linear_quadratic_prediction_is_exact() {
+    let problem = supple_file::parse(HOLD, "test").unwrap();
     let at = sampled(&problem, &[], 20_000);
     let sampled = at.tasks[0].monte_carlo.as_ref().unwrap();
     assert!(sampled.cost_standard_error < 0.01 * sampled.cost_mean);
     let off = sampled.difference / sampled.cost_standard_error;
     assert!(off.abs() < 4.0, "{} standard errors off", off);
-    assert_interval(sampled.cost_interval_95, (sampled.cost_mean, sampled.cost_standard_error));
+    assert_interval(sampled.cost_interval_95, (sampled.cost_mean, sampled.cost_standard_error), 20_000);
     let bits = sampled.realised_bits.unwrap();
-    assert_interval(bits.interval_95, (bits.mean, bits.standard_error));
+    assert_interval(bits.interval_95, (bits.mean, bits.standard_error), 20_000);
     let json = serde_json::to_value(sampled).unwrap();
     for key in ["cost_interval_95", "realised_bits/interval_95", "consistency/lower_95", "consistency/upper_95"] {
         assert!(json.pointer(&format!("/{key}")).is_some_and(|found| !found.is_null()), "{key}");
     }
 }
 
-fn assert_interval(interval: Option<[f64; 2]>, (mean, standard_error): (f64, f64)) {
+fn assert_interval(interval: Option<[f64; 2]>, (mean, standard_error): (f64, f64), rollouts: usize) {
     let [low, high] = interval.unwrap();
+    let half = student_quantile(0.05, rollouts as f64 - 1.0) * standard_error;
     assert!((0.5 * (low + high) - mean).abs() < 1e-9 * mean.abs());
-    assert!((0.5 * (high - low) - 1.96 * standard_error).abs() < 1e-9 * mean.abs());
+    assert!((0.5 * (high - low) - half).abs() < 1e-9 * mean.abs());
+}
+
+/// However few roll-outs there are, about 95 % of the intervals have the expectation within them, and chance is not taken for
+/// a fault of the model.
+#[test]
+fn intervals_of_few_rollouts_are_honest() {
+    let problem = supple_file::parse(HOLD, "test").unwrap();
+    for rollouts in [2, 4, 8] {
+        let (mut within, mut blamed, seeds) = ([0, 0], 0, 300_u32);
+        for seed in 0..seeds {
+            let options = EvaluateOptions { rollouts, seed: u64::from(seed), ..Default::default() };
+            let at = problem.evaluate(&[], &options).unwrap();
+            let task = &at.tasks[0];
+            let sampled = task.monte_carlo.as_ref().unwrap();
+            let bits = (sampled.realised_bits.unwrap().interval_95, task.information.total_bits);
+            let costs = (sampled.cost_interval_95, task.cost.expected);
+            for (within, (interval, expected)) in within.iter_mut().zip([costs, bits]) {
+                let [low, high] = interval.unwrap();
+                *within += i32::from((low..=high).contains(&expected));
+            }
+            let trust = task.trust.as_ref().unwrap();
+            let is_blamed = |reason: &String| !(reason.contains("too few") || reason.contains("so much"));
+            blamed += i32::from(trust.reasons.iter().any(is_blamed));
+        }
+        // Costs are skewed, so that a little less than 95 % is right; normal intervals of two would have about 70 %.
+        for within in within {
+            let share = f64::from(within) / f64::from(seeds);
+            assert!((0.91..0.98).contains(&share), "{rollouts} roll-outs: {share}");
+        }
+        // As seldom as beyond three standard deviations, by three comparisons.
+        assert!(f64::from(blamed) <= 0.02 * f64::from(seeds), "{rollouts} roll-outs: blamed {blamed} times");
+    }
 }
 
 /// A single roll-out says nothing about how far its cost is from the expected one.
