@@ -245,10 +245,15 @@ impl TaskArguments {
 
 /// Sets parameters of a task by `NAME=VALUE`.
 pub fn set(loaded: &mut LoadedTask, settings: &[String]) -> Result<(), Failure> {
+    let mut names = Vec::new();
     for setting in settings {
         let wrong = |what: &str| Failure::usage(format!("--set {setting}: {what}"));
         let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write NAME=VALUE"))?;
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
+        if names.contains(&name.trim()) {
+            return Err(wrong("this parameter is set twice"));
+        }
+        names.push(name.trim());
         let set = loaded.problem.parameters.set(&mut loaded.phi, name.trim(), value);
         set.map_err(|error| wrong(&error.to_string()))?;
     }

@@ -15,28 +15,27 @@ pub fn after_evaluation(about: &About, at: &Evaluation) -> String {
     let design = about.parameters.design();
     let names = || design.iter().map(|&index| about.parameters.get(index).name.clone()).collect::<Vec<_>>();
     let advice = plan(at).unwrap_or_else(|| {
-        let missed = at.tasks.iter().find_map(|task| Some((task, at.missed_bound(task)?)));
+        let missed = at.tasks.iter().filter(|task| at.missed_bound(task).is_some());
+        let missed: Vec<String> =
+            missed.map(|task| format!("a `bound` of {} on {}", number(task.cost.expected), task.name)).collect();
         let unlimited = at.tasks.iter().find(|task| task.cost.bound.is_none());
-        match (missed, unlimited, design.is_empty()) {
-            (Some((task, _)), _, true) => format!(
-                "raise the `bound` of {} to {}, its expected cost, or declare [parameters] that `supple design` may change",
-                task.name,
-                number(task.cost.expected)
-            ),
-            (Some((task, _)), _, false) => format!(
-                "`supple design` searches for {} within the limit; this design would meet a `bound` of {} on {}",
+        match (missed.is_empty(), unlimited, design.is_empty()) {
+            (false, _, true) => {
+                format!("{}, or declare [parameters] that `supple design` may change", raise(at))
+            }
+            (false, _, false) => format!(
+                "`supple design` searches for {} within the limit; this design would meet {}",
                 listed(&names()),
-                number(task.cost.expected),
-                task.name
+                listed(&missed)
             ),
-            (None, _, true) => "declare [parameters] in place of numbers, and `supple design` finds the best".to_owned(),
-            (None, Some(task), false) => format!(
+            (true, _, true) => "declare [parameters] in place of numbers, and `supple design` finds the best".to_owned(),
+            (true, Some(task), false) => format!(
                 "set a cost limit, such as `bound = {}` for {}, 1.2 times its cost here: without one, `supple design` may \
                  give up the task to save information",
                 number(1.2 * task.cost.expected),
                 task.name
             ),
-            (None, None, false) => {
+            (true, None, false) => {
                 format!("`supple design` minimises the information over {} within the limit", listed(&names()))
             }
         }
@@ -171,19 +170,21 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
         ["effort of", "control of", "force of"].iter().any(|start| limit.name.starts_with(start))
     };
     let count = task.limits_violated.len();
-    let more = if count > 1 { format!(" and {} more limits", count - 1) } else { String::new() };
+    let more = match count {
+        0 | 1 => String::new(),
+        2 => " and 1 more".to_owned(),
+        _ => format!(" and {} more", count - 1),
+    };
     if let Some(limit) = task.limits_violated.iter().find(effort) {
-        let more = if count == 2 { " and 1 more limit".to_owned() } else { more };
         return Some(format!(
-            "`enforce_effort_limits = true` in the task {name}: its plan exceeds the {}{more}",
+            "`enforce_effort_limits = true` in the task {name}: its plan exceeds the limit of `{}`{more}",
             limit.name
         ));
     }
     if let Some(limit) = task.limits_violated.first() {
-        let more = if count == 2 { " and 1 more limit".to_owned() } else { more };
         return Some(format!(
             "more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
-             {}{more}",
+             limit of `{}`{more}",
             limit.name
         ));
     }

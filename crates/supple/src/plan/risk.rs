@@ -40,7 +40,8 @@ pub(crate) fn plan_risk(
         Err(step) => {
             let (mut works, mut fails) = (0.0, settings.risk_sensitivity);
             for _ in 0..BISECTIONS {
-                let between = 0.5 * (works + fails);
+                // By orders of magnitude until one works.
+                let between = if works > 0.0 { 0.5 * (works + fails) } else { 0.1 * fails };
                 *plan = nominal.clone();
                 let worked = search(between, plan)?.is_ok() && plan.status.is_converged();
                 *(if worked { &mut works } else { &mut fails }) = between;

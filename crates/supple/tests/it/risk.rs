@@ -176,6 +176,10 @@ fn too_much_sensitivity_names_the_largest_that_works() {
     assert!(error.contains("risk_sensitivity = 3"), "{error}");
     assert!(named > 0.1 && named < 3.0, "{named}");
     planned(&problem, &settings(named));
+    // However far too much is asked for.
+    let error = state.evaluate(&problem.tasks[0], &phi, &settings(1e6), None).unwrap_err().to_string();
+    let far: f64 = error.split("values up to ").nth(1).unwrap().split(" are").next().unwrap().parse().unwrap();
+    assert!((far / named - 1.0).abs() < 0.05, "{far} {named}");
 }
 
 /// A task with some of its noise multiplied.
