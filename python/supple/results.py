@@ -142,7 +142,7 @@ class Information(Record):
     Attributes:
         nats: In nats.
         bits: In bits.
-        bits_per_second: Bits divided by the time that all measurements take, s.
+        bits_per_second: Bits divided by the time that the measurements of all tasks take, weighted alike, s.
     """
 
     nats: float
@@ -182,11 +182,13 @@ class _Evaluated:
         nats, bits = objective["information_nats"], objective["information_bits"]
         reports = [task.information for task in self.tasks.values()]
         weights = [task["information_weight"] for task in about["tasks"]]
-        if len(reports) == 1 and weights == [1.0]:
+        if len(reports) == 1:
             rate = reports[0].bits_per_second
         else:
             seconds = sum(
-                report.total_bits / report.bits_per_second for report in reports if report.bits_per_second > 0
+                weight * report.total_bits / report.bits_per_second
+                for weight, report in zip(weights, reports, strict=True)
+                if report.bits_per_second > 0
             )
             rate = bits / seconds if seconds > 0 else math.nan
         self.information = Information(nats=nats, bits=bits, bits_per_second=rate)

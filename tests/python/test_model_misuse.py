@@ -237,6 +237,34 @@ def test_numbers_that_end_in_derivatives_are_refused() -> None:
         made("numpy", step=lambda x, u, p: np.where(len(x) > 1000, np.nan, batch_step(x, u, p))).evaluate()
 
 
+def test_one_design_without_numbers_does_not_end_the_others() -> None:
+    """As with tasks of files: such a point of a sweep has an error, and such a design of a search counts as infinite."""
+    model = supple.Model(
+        step=lambda x, u, p: np.stack([x[..., 0] + 0.1 * x[..., 1] * np.sqrt(p.k - 1), x[..., 1] + 0.1 * u[..., 0]], -1),
+        observe=lambda x, p: x[..., :1],
+        cost=lambda x, u, p: x[..., 0] ** 2 + 0.1 * u[..., 0] ** 2,
+        states=["position", "speed"],
+        controls=1,
+        measurements=1,
+        parameters={
+            "k": supple.Parameter(2.0, bounds=(0.5, 8.0)),
+            "r": supple.Parameter(1e-3, bounds=(1e-5, 1e-1), scale="log"),
+        },
+        backend="numpy",
+    )
+    noise = supple.Noise(initial=[1e-2] * 2, process=[0.0, 1e-3], measurement=["r"])
+    task = model.task(steps=20, time_step=0.1, initial_state=[1.0, 0.0], initial_control=[0.0], noise=noise, bound=12.0)
+    with np.errstate(invalid="ignore"):
+        swept = task.sweep({"k": "0.5:8:4"})
+        errors = list(swept.table["error"])
+        assert "finite" in errors[0] and not any(errors[1:]), errors
+        assert task.design(starts=4).feasible
+        with pytest.raises(supple.UsageError, match=r"`step` are NaN at step 0, where .*, k = 0\.5, r = 0\.001: they must"):
+            task.evaluate(k=0.5)
+    # Nothing is left over for the next call.
+    assert np.isfinite(task.evaluate().information.bits)
+
+
 def test_derivatives_that_do_not_exist_are_refused() -> None:
     def cost(x: Any, u: Any, p: Any) -> Any:
         return cart_pole_cost(x, u, p) + jnp.sqrt(x[2] ** 2)

@@ -22,13 +22,13 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
             at.tasks.iter().zip(&about.tasks).map(one).sum()
         })
     };
-    // Total information of all tasks divided by their total duration.
+    // Total information of all tasks divided by their total duration, both weighted.
     let rate = |at: &Evaluation| {
         let (mut bits, mut seconds) = (0.0, 0.0);
         for (TaskEvaluation { information, .. }, about) in at.tasks.iter().zip(&about.tasks) {
             bits += about.information_weight * information.total_bits;
             if information.bits_per_second > 0.0 {
-                seconds += information.total_bits / information.bits_per_second;
+                seconds += about.information_weight * information.total_bits / information.bits_per_second;
             }
         }
         (seconds > 0.0).then(|| bits / seconds)

@@ -19,7 +19,7 @@ use crate::own::{self, Failures};
 use crate::plant;
 use crate::pool;
 use crate::result::Kept;
-use crate::watch::long;
+use crate::watch::{long, long_study};
 
 /// A problem with the values of its parameters.
 #[pyclass(name = "NativeTask", module = "supple._supple", frozen)]
@@ -61,8 +61,7 @@ impl NativeTask {
         progress: Option<&Bound<'_, PyAny>>,
         result: impl FnOnce(&Work, &LoadedTask, Watch<'_>) -> Result<StudyResult, StudyError> + Send,
     ) -> PyResult<Kept> {
-        let found = long(py, progress, &self.failures, |watch| result(&work, &self.task, watch))?;
-        let result = found.map_err(|error| errors::of_study(py, &error))?;
+        let result = long_study(py, progress, &self.failures, |watch| result(&work, &self.task, watch))?;
         Ok(Kept::new(Made::of(&self.task, work), result))
     }
 }

@@ -19,7 +19,7 @@ use supple_study::{LoadedTask, StudyError};
 use crate::errors;
 use crate::pool;
 use crate::task::NativeTask;
-use crate::watch::long;
+use crate::watch::long_study;
 
 /// What all units of a study share, beside the task.
 #[derive(Serialize, Deserialize)]
@@ -83,8 +83,7 @@ impl Units {
         let alone = alone.map_err(|error| errors::usage(py, &format!("a thread cannot be made: {error}")))?;
         let work =
             |stop: Stop| units.into_iter().map(|unit| self.study.work(task, unit, stop)).collect::<Result<Vec<_>, _>>();
-        let done = long(py, None, failures, |watch| alone.install(|| work(watch.stop)))?;
-        let found = done.map_err(|error| errors::of_study(py, &error))?;
+        let found = long_study(py, None, failures, |watch| alone.install(|| work(watch.stop)))?;
         Ok(found.iter().map(|bytes| PyBytes::new(py, bytes)).collect())
     }
 }

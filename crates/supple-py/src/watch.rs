@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use supple::Stop;
-use supple_study::{Progress, Watch};
+use supple_study::{Progress, StudyError, Watch};
 
 use crate::errors;
 use crate::own::Failures;
@@ -22,9 +22,38 @@ const WAKE: Duration = Duration::from_millis(50);
 /// `progress` has the methods `begin(what, done, total)`, `advance(parts)` and `say(message)`.
 ///
 /// # Errors
-/// What a signal or `progress` raised, after the work has stopped; the first exception of the user's own functions; a
-/// defect of the library.
+/// What a signal or `progress` raised, after the work has stopped; the first exception of the user's own functions, or
+/// what was not finite of them; a defect of the library.
 pub fn long<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    failures: &Failures,
+    work: impl FnOnce(Watch<'_>) -> T + Send,
+) -> PyResult<T> {
+    let done = watched(py, progress, failures, work);
+    failures.take_not_finite().map_or(done, Err)
+}
+
+/// The same of work on many designs, in which one that cannot be evaluated is not the end: says what was not finite only if
+/// the work failed.
+///
+/// # Errors
+/// As of [`long`].
+pub fn long_study<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    failures: &Failures,
+    work: impl FnOnce(Watch<'_>) -> Result<T, StudyError> + Send,
+) -> PyResult<T> {
+    let done = watched(py, progress, failures, work);
+    let not_finite = failures.take_not_finite();
+    done?.map_err(|error| match (error, not_finite) {
+        (StudyError::Compute(_) | StudyError::ComputeOf { .. }, Some(not_finite)) => not_finite,
+        (error, _) => errors::of_study(py, &error),
+    })
+}
+
+fn watched<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     failures: &Failures,

@@ -66,7 +66,9 @@ fn summary(page: &mut String, task: &TaskBound) {
     }
     let _ = match (&task.not_proved, task.not_certified()) {
         (None, Some(reason)) => writeln!(page, "The minimum is NOT CERTIFIED: {reason}."),
-        (None, None) if task.newton_steps == 0 => writeln!(page, "The lower bound is certified by interval arithmetic."),
+        (None, None) if task.newton_steps == 0 => {
+            writeln!(page, "The lower bound is certified by interval arithmetic.")
+        }
         (None, None) => writeln!(
             page,
             "The lower bound is certified by interval arithmetic, {:.1e} bits per step below the minimum, which took \

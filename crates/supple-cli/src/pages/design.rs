@@ -123,15 +123,15 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             let minima = minima(report.branches);
             match report.catalogue.as_ref().map(|chosen| chosen.method) {
                 Some(CatalogueMethod::AllCombinations) => {
-                    format!("Optimum among the catalogue entries; {minima} encountered.")
+                    format!("Optimum among the catalogue entries; {minima} of its plans encountered.")
                 }
                 Some(CatalogueMethod::Neighbourhood) => {
-                    format!("Local optimum among the catalogue entries; {minima} encountered.")
+                    format!("Local optimum among the catalogue entries; {minima} of its plans encountered.")
                 }
                 None => {
                     let (agree, starts) = (report.agreement().0, report.starts.len());
                     let advice = report.advice();
-                    format!("Optimum found from {agree} of {starts} starts; {minima} encountered.{advice}")
+                    format!("Optimum found from {agree} of {starts} starts; {minima} of its plans encountered.{advice}")
                 }
             }
         }

@@ -8,7 +8,7 @@ mod describe;
 mod linear;
 mod recorded;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -21,24 +21,46 @@ use crate::json::from_json;
 pub use callback::{fill, read, vectors};
 pub use linear::check_covariance;
 
-/// The first exception raised by a user-supplied function, until it is taken.
+/// The first exception raised by a user-supplied function, and the first number of one that is not finite, until they are
+/// taken.
 #[derive(Clone, Default)]
-pub struct Failures(Arc<Mutex<Option<PyErr>>>);
+pub struct Failures(Arc<Mutex<Kept>>);
+
+#[derive(Default)]
+struct Kept {
+    raised: Option<PyErr>,
+    not_finite: Option<PyErr>,
+}
 
 impl Failures {
-    /// Keeps an exception, unless there is one already.
+    fn lock(&self) -> MutexGuard<'_, Kept> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Keeps an exception, unless there is one already: all work ends.
     pub fn keep(&self, error: PyErr) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.lock().raised.get_or_insert(error);
     }
 
-    /// Whether there is one.
+    /// Keeps what is to be said of a number that is not finite, unless there is something already: one design cannot be
+    /// evaluated, others may.
+    pub fn keep_not_finite(&self, error: PyErr) {
+        self.lock().not_finite.get_or_insert(error);
+    }
+
+    /// Whether there is an exception.
     pub fn any(&self) -> bool {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+        self.lock().raised.is_some()
     }
 
-    /// Takes it away.
+    /// Takes the exception away.
     pub fn take(&self) -> Option<PyErr> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.lock().raised.take()
+    }
+
+    /// Takes away what was not finite.
+    pub fn take_not_finite(&self) -> Option<PyErr> {
+        self.lock().not_finite.take()
     }
 }
 

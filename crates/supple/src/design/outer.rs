@@ -247,6 +247,11 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
                     self.search.visitor.scaling.scaled(&phi)
                 }
             };
+            // An optimiser that has lost itself.
+            if scaled.iter().any(|s| !s.is_finite()) {
+                self.failures.count += 1;
+                return None;
+            }
             self.known = self.search.evaluations;
             if self.failures.last.as_ref().is_some_and(|(last, _)| *last == scaled) {
                 return None;

@@ -8,7 +8,8 @@ use crate::common::shipped;
 use supple::Stop;
 use supple::aims::weighted_information;
 use supple::design::{
-    Control, Design, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, StartSummary, design,
+    Aim, Control, Design, DesignSettings, DesignStatus, Ending, GradientKind, InformationWeights, Method, Optimiser,
+    OuterProblem, Searcher, StartSummary, design,
 };
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Problem};
@@ -408,4 +409,28 @@ branch_attempts = 0
     let cobyla = DesignSettings { method: Method::Cobyla, starts: 1, ..problem.design.clone() };
     let found = search(&problem, &cobyla);
     assert!(found.starts[0].status == DesignStatus::Converged || found.starts[0].error.is_some());
+}
+
+/// Asks at numbers that are none, as SLSQP has been seen to do, and notes what it is told.
+struct Lost;
+
+impl Optimiser for Lost {
+    fn minimise(&self, problem: &mut OuterProblem) -> Ending {
+        let first = problem.first();
+        assert!(problem.at(&first).unwrap().objective.is_finite());
+        problem.at(&vec![f64::NAN; first.len()]);
+        assert!(!problem.is_new() && problem.is_stopped());
+        Ending::Stalled
+    }
+}
+
+#[test]
+fn designs_that_are_no_numbers_are_not_evaluated() {
+    let problem = shipped("two_mass_small.toml");
+    let settings = DesignSettings { starts: 1, rounds: 1, ..problem.design.clone() };
+    let searcher = Searcher::new(&problem, &settings, Aim::default(), Control::default()).with_optimiser(&Lost);
+    let found = searcher.search(&problem.parameters.initial()).unwrap();
+    let start = found.found();
+    assert_eq!((start.evaluations, &start.to), (1, &problem.parameters.initial()));
+    assert!(start.error.is_none(), "{:?}", start.error);
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use supple_study::study::Study;
-use supple_study::{Folder, LoadedTask, Made, RESULT, Steps, StudyResult, check_writable};
+use supple_study::{Folder, LoadedTask, Made, RESULT, Steps, StudyResult, check_writable, forget};
 
 use file::{Step, StudyFile};
 
@@ -92,7 +92,13 @@ impl<'a> Planned<'a> {
                 failure.report();
                 Err(Failure::usage(format!("{heading} failed")))
             }
-            outcome => outcome,
+            Ok(outcome) => {
+                // A complete step is reused as it is; the journal of a sweep would refuse another one in its place.
+                if Folder::load_made(folder, &self.study).is_some() {
+                    forget(folder)?;
+                }
+                Ok(outcome)
+            }
         }
     }
 }

@@ -16,7 +16,14 @@ impl Callback {
     /// they come from a run that has diverged, which the engine counts.
     ///
     /// `width` numbers belong to each point; the points are those from `first` on.
-    pub(super) fn check_finite(&self, what: &str, at: &Points, first: usize, numbers: &[f64], width: usize) {
+    pub(super) fn check_finite(
+        &self,
+        what: &str,
+        (at, phi): (&Points, &[f64]),
+        first: usize,
+        numbers: &[f64],
+        width: usize,
+    ) {
         let Times::From(_) = at.times else { return };
         for (offset, found) in numbers.chunks(width.max(1)).enumerate() {
             let point = first + offset;
@@ -25,11 +32,14 @@ impl Callback {
             let x = at.states.vector(point);
             if x.iter().chain(control).all(|number| number.is_finite()) {
                 let step = at.times.of(point);
-                self.complain(&format!(
-                    "{what} are {bad} at step {step}, where x = {x:?} and u = {control:?}: they must be finite along a \
+                let values = self.parameters.iter().zip(phi).map(|(name, value)| format!(", {name} = {value}"));
+                let message = format!(
+                    "{what} are {bad} at step {step}, where x = {x:?}, u = {control:?}{}: they must be finite along a \
                      trajectory. Write the function so that it and its derivatives are defined there; mind that square \
-                     roots and norms have no derivative at 0, and that both branches of a `where` are differentiated"
-                ));
+                     roots and norms have no derivative at 0, and that both branches of a `where` are differentiated",
+                    values.collect::<String>()
+                );
+                Python::attach(|py| self.failures.keep_not_finite(errors::usage(py, &message)));
                 return;
             }
         }
