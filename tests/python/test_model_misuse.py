@@ -240,7 +240,9 @@ def test_numbers_that_end_in_derivatives_are_refused() -> None:
 def test_one_design_without_numbers_does_not_end_the_others() -> None:
     """As with tasks of files: such a point of a sweep has an error, and such a design of a search counts as infinite."""
     model = supple.Model(
-        step=lambda x, u, p: np.stack([x[..., 0] + 0.1 * x[..., 1] * np.sqrt(p.k - 1), x[..., 1] + 0.1 * u[..., 0]], -1),
+        step=lambda x, u, p: np.stack(
+            [x[..., 0] + 0.1 * x[..., 1] * np.sqrt(p.k - 1), x[..., 1] + 0.1 * u[..., 0]], -1
+        ),
         observe=lambda x, p: x[..., :1],
         cost=lambda x, u, p: x[..., 0] ** 2 + 0.1 * u[..., 0] ** 2,
         states=["position", "speed"],
@@ -259,7 +261,9 @@ def test_one_design_without_numbers_does_not_end_the_others() -> None:
         errors = list(swept.table["error"])
         assert "finite" in errors[0] and not any(errors[1:]), errors
         assert task.design(starts=4).feasible
-        with pytest.raises(supple.UsageError, match=r"`step` are NaN at step 0, where .*, k = 0\.5, r = 0\.001: they must"):
+        with pytest.raises(
+            supple.UsageError, match=r"`step` are NaN at step 0, where .*, k = 0\.5, r = 0\.001: they must"
+        ):
             task.evaluate(k=0.5)
     # Nothing is left over for the next call.
     assert np.isfinite(task.evaluate().information.bits)
