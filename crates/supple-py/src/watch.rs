@@ -31,7 +31,9 @@ pub fn long<T: Send>(
     work: impl FnOnce(Watch<'_>) -> T + Send,
 ) -> PyResult<T> {
     let done = watched(py, progress, failures, work);
-    failures.take_not_finite().map_or(done, Err)
+    let not_finite = failures.take_not_finite();
+    let done = done?;
+    not_finite.map_or(Ok(done), Err)
 }
 
 /// The same of work on many designs, in which one that cannot be evaluated is not the end: says what was not finite only if

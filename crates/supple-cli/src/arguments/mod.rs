@@ -212,7 +212,7 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 pub struct TaskArguments {
     /// Task file
     pub task: PathBuf,
-    /// Set a parameter; may be repeated
+    /// Set a parameter; may be repeated, and the last value of a parameter holds
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// Print every warning instead of one line per kind
@@ -245,15 +245,10 @@ impl TaskArguments {
 
 /// Sets parameters of a task by `NAME=VALUE`.
 pub fn set(loaded: &mut LoadedTask, settings: &[String]) -> Result<(), Failure> {
-    let mut names = Vec::new();
     for setting in settings {
         let wrong = |what: &str| Failure::usage(format!("--set {setting}: {what}"));
         let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write NAME=VALUE"))?;
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
-        if names.contains(&name.trim()) {
-            return Err(wrong("this parameter is set twice"));
-        }
-        names.push(name.trim());
         let set = loaded.problem.parameters.set(&mut loaded.phi, name.trim(), value);
         set.map_err(|error| wrong(&error.to_string()))?;
     }

@@ -4,6 +4,7 @@ use supple_study::sweep::Axis;
 
 use crate::arguments::{Asks, Output, SweepOptions, TaskArguments};
 use crate::failure::Failure;
+use crate::output::warn;
 
 /// `supple sweep TASK`
 impl Asks for SweepOptions {
@@ -20,11 +21,8 @@ impl Asks for SweepOptions {
         let axes = self.grid.iter().map(axis).collect::<Result<Vec<Axis>, _>>()?;
         let is_swept =
             |set: &&String| axes.iter().any(|axis| set.split('=').next().map(str::trim) == Some(&*axis.parameter));
-        let both = self.task.set.iter().find(is_swept);
-        if let Some(set) = both {
-            return Err(Failure::usage(format!(
-                "--set {set}: --grid gives this parameter its values; leave out one of them"
-            )));
+        for set in self.task.set.iter().filter(is_swept) {
+            warn(&format!("--set {set} changes nothing: --grid gives this parameter its values"));
         }
         let Self { rollouts, starts, seed, .. } = *self;
         Ok(Work::Sweep(supple_study::sweep::SweepOptions { axes, rollouts, starts, seed }))

@@ -101,6 +101,20 @@ fn a_missed_bound_is_a_shortfall_and_says_by_how_much() {
 }
 
 #[test]
+fn a_hint_names_every_limit_that_is_exceeded() {
+    let (head, press) = TWO_MASS.split_once("[[tasks]]").unwrap();
+    let task = |name: &str, bound: &str| {
+        let named = press.replace("name = \"press\"", &format!("name = \"{name}\""));
+        format!("[[tasks]]{}\n", named.replace("bound = 25.0", &format!("bound = {bound}")))
+    };
+    let text = format!("{head}{}{}{}", task("press", "20.0"), task("again", "30.0"), task("once more", "10.0"));
+    let run = Folder::with_task(&text).run(&["evaluate", "task.toml"]);
+    assert_eq!(run.quiet().0, Some(1));
+    let said = "this design would meet a `bound` of 20.2919 on press and a `bound` of 20.2919 on once more.";
+    assert!(run.stdout.contains(said), "{}", run.stdout);
+}
+
+#[test]
 fn a_plan_that_does_not_converge_is_a_shortfall() {
     let folder = two_mass("title =", "planning.max_iterations = 2\ntitle =");
     let found = folder.run(&["evaluate", "task.toml", "--json"]).json(1);

@@ -62,7 +62,10 @@ fn what_changed_under_a_journal_is_shown_and_nothing_is_lost() {
     // What is on an axis has no other value, and where the file lies says nothing.
     std::fs::write(folder.path("other.toml"), text()).unwrap();
     let moved = [&["sweep", "other.toml"], &grid[..], &["--set", "k1=99", "--threads", "1"]].concat();
-    assert_eq!(folder.run(&moved).code, Some(0));
+    let moved = folder.run(&moved);
+    assert_eq!(moved.code, Some(0));
+    let said = "warning: --set k1=99 changes nothing: --grid gives this parameter its values";
+    assert!(moved.stderr.lines().any(|line| line == said), "{}", moved.stderr);
 }
 
 #[test]

@@ -1,7 +1,6 @@
 use supple::design::{Aim, InformationWeights, StartSummary};
 
-use super::Front;
-use super::follow::{SAME, search};
+use super::{Front, SAME};
 use crate::StudyError;
 
 /// The ends of a front.
@@ -71,7 +70,7 @@ fn cheapest_of_least(front: &Front, mut loose: StartSummary, tight: f64) -> Resu
         if front.factor(&loose) - missed <= near || trial <= missed {
             break;
         }
-        let found = search(front, &format!("cheaper design {number}"), &loose, trial, front.settings.starts)?;
+        let found = front.nearby(&format!("cheaper design {number}"), &loose, trial, front.settings.starts)?;
         if found.status.meets_bounds() && found.objective <= least {
             loose = found;
         } else if number == 0 {

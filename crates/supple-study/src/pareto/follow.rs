@@ -4,7 +4,7 @@ use supple::design::{Aim, DesignStatus, StartSummary};
 use supple::halt;
 use supple::pipeline::TaskState;
 
-use super::{Ends, Front, at_ends};
+use super::{Ends, Front, SAME, at_ends};
 use crate::StudyError;
 use crate::design::warnings_of;
 
@@ -17,9 +17,6 @@ pub(super) struct Point {
     /// Contacts that its plans miss.
     pub warnings: Vec<String>,
 }
-
-/// Information that differs by less than this, relatively, is the same.
-pub(super) const SAME: f64 = 1e-9;
 
 /// A front narrower than this, relative to its factors, is one point.
 const NARROW: f64 = 1e-6;
@@ -81,7 +78,7 @@ fn searches(front: &Front, ends: &Ends, factors: &[f64], up: bool) -> Result<Vec
         let before = found.last().map_or(if up { &ends.tight } else { &ends.loose }, |point| &point.summary);
         let number = if up { index } else { factors.len() + index };
         let name = format!("{} to point {index}", if up { "up" } else { "down" });
-        let searched = search(front, &name, before, factors[index], number);
+        let searched = front.nearby(&name, before, factors[index], number);
         match searched.and_then(|found| point(front, factors[index], found)) {
             Err(StudyError::Stopped) => break,
             other => found.push(other?),
@@ -127,17 +124,6 @@ fn tight_end(front: &Front, ends: &Ends) -> Result<StartSummary, StudyError> {
     Ok(summary)
 }
 
-pub(super) fn search(
-    front: &Front,
-    name: &str,
-    from: &StartSummary,
-    factor: f64,
-    number: usize,
-) -> Result<StartSummary, StudyError> {
-    let searcher = front.searcher(Aim::Information { factor });
-    front.part(name, || searcher.search_from(&from.to, &from.controls, number))
-}
-
 /// Ensures that no point needs more information than a tighter one, whose design it could use: repeats its search from that
 /// design, and keeps the better of the result and the design itself.
 fn mend(front: &Front, points: &mut [Point]) -> Result<(), StudyError> {
@@ -156,7 +142,7 @@ fn mend(front: &Front, points: &mut [Point]) -> Result<(), StudyError> {
         }
         let number = 2 * count + index;
         let name = format!("from the tighter design to point {index}");
-        let found = search(front, &name, before, factor, number)?;
+        let found = front.nearby(&name, before, factor, number)?;
         let summary = if needs_more(&found) { searcher.assess(&before.to, &before.controls)? } else { found };
         *current = point(front, factor, summary)?;
     }

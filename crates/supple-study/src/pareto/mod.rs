@@ -207,6 +207,15 @@ impl Front<'_> {
         checked(self.parts.part(name, self.watch, || Ok(search()?))?, &self.task.problem)
     }
 
+    /// The least information at a factor of the bounds, from another design of the front.
+    ///
+    /// # Errors
+    /// As of [`part`](Self::part).
+    fn nearby(&self, name: &str, from: &StartSummary, factor: f64, number: usize) -> Result<StartSummary, StudyError> {
+        let searcher = self.searcher(Aim::Information { factor });
+        self.part(name, || searcher.search_from(&from.to, &from.controls, number))
+    }
+
     /// The best of all starts of a search.
     ///
     /// # Errors
@@ -220,6 +229,9 @@ impl Front<'_> {
         Ok(found.starts.swap_remove(found.best))
     }
 }
+
+/// Information that differs by less than this, relatively, is the same.
+const SAME: f64 = 1e-9;
 
 /// What a front is.
 fn identity(task: &LoadedTask, options: &ParetoOptions) -> Identity {
