@@ -157,8 +157,19 @@ fn the_front_ends_at_the_cheapest_of_designs_that_are_equally_informative() {
     let width = last.factor - found.points[0].factor;
     assert!((20.0 * last.factor - least).abs() <= 0.006 * 20.0 * width, "{last:?}: {least}");
     assert!(before.information_nats > 1.01 * last.information_nats, "{before:?}");
-    // Where all designs but one are cheaper, the end is that design's.
+    // Within the limits of the task file, factors of them.
     assert!(front(&load(&text(5.0)), 3).unwrap().remarks[0].text.contains("from a factor of 1.38"));
+
+    // Where no parameter changes the information, the cheapest design is all there is.
+    let alone = text(20.0).replace("parameters.v =", "# parameters.v =").replace(r#"["v"]"#, "[0.1]");
+    let found = front(&load(&alone), 4).unwrap();
+    assert_eq!(found.points.len(), 1, "{:?}", found.points);
+    assert!((found.points[0].parameters.0[0].1 - 2.0).abs() < 1e-9, "{:?}", found.points);
+    assert!(
+        found.remarks.iter().any(|remark| remark.text.ends_with("the front is a single point")),
+        "{:?}",
+        found.remarks
+    );
 }
 
 #[test]

@@ -51,7 +51,7 @@ pub(super) fn find_ends(front: &Front) -> Result<Ends, StudyError> {
         loose_factor = loose_factor.max(without_measurements);
         loose = front.searcher(Aim::Information { factor: loose_factor }).assess(&loose.to, &loose.controls)?;
     } else {
-        loose = cheapest_of_least(front, loose, tight_factor)?;
+        loose = cheapest_of_least(front, loose, (&tight, tight_factor))?;
         loose_factor = front.factor(&loose);
     }
     Ok(Ends { loose, loose_factor, tight, tight_factor })
@@ -62,8 +62,15 @@ const NEAR: f64 = 5e-3;
 
 /// Of the designs with the information of `loose`, one that meets the tightest bounds: parameters that change the cost alone
 /// are anything without bounds. Found by bisection, as long as tighter bounds take no information.
-fn cheapest_of_least(front: &Front, mut loose: StartSummary, tight: f64) -> Result<StartSummary, StudyError> {
+fn cheapest_of_least(
+    front: &Front,
+    mut loose: StartSummary,
+    (cheapest, tight): (&StartSummary, f64),
+) -> Result<StartSummary, StudyError> {
     let least = loose.objective + SAME * loose.objective.abs();
+    if cheapest.objective <= least {
+        return Ok(front.searcher(Aim::Information { factor: tight }).assess(&cheapest.to, &cheapest.controls)?);
+    }
     let (mut missed, near) = (tight, NEAR * (front.factor(&loose) - tight));
     let mut trial = front.factor(&loose) - near;
     for number in 0.. {
