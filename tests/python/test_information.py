@@ -34,10 +34,12 @@ def test_evaluations_have_all_three_and_roll_outs(task: supple.Task) -> None:
     assert sampled.consistency.lower_95 < 1.0 < sampled.consistency.upper_95
     assert abs(sampled.realised_bits.mean - values["measured"]) < 0.1 * values["measured"]
     low, high = sampled.cost_interval_95
-    assert [low, high] == pytest.approx(sampled.cost_mean + 1.96 * sampled.cost_standard_error * np.array([-1.0, 1.0]))
+    # Student's t of 255 degrees of freedom.
+    half = 1.9693 * sampled.cost_standard_error
+    assert [low, high] == pytest.approx(sampled.cost_mean + half * np.array([-1.0, 1.0]))
     low, high = sampled.realised_bits.interval_95
     assert low < sampled.realised_bits.mean < high
-    assert high - low == pytest.approx(2 * 1.96 * sampled.realised_bits.standard_error)
+    assert high - low == pytest.approx(2 * 1.9693 * sampled.realised_bits.standard_error, rel=1e-5)
     alone = task.evaluate(rollouts=1).tasks["press"].monte_carlo
     assert (
         alone.cost_interval_95 is None and alone.realised_bits is None and alone.to_dict()["cost_interval_95"] is None
