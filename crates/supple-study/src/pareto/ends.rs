@@ -58,7 +58,7 @@ pub(super) fn find_ends(front: &Front) -> Result<Ends, StudyError> {
 }
 
 /// How closely the cheapest of several designs of least information is found, as a share of the front's width.
-const NEAR: f64 = 5e-3;
+const NEAR: f64 = 2e-4;
 
 /// Of the designs with the information of `loose`, one that meets the tightest bounds: parameters that change the cost alone
 /// are anything without bounds. Found by bisection, as long as tighter bounds take no information.
