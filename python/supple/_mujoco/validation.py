@@ -358,5 +358,8 @@ def _loop(runs: Mapping[str, Any], off: Array) -> SampledLoop:
 
 def _mean(samples: Array) -> tuple[float, Array]:
     """The mean, and where the expectation is with 95 %."""
-    mean, interval = mean_and_interval(samples) if np.isfinite(samples).all() else (float("inf"), None)
-    return mean if len(samples) > 1 else float("nan"), np.array(interval or [np.nan, np.nan])
+    if not np.isfinite(samples).all() or len(samples) < 2:
+        mean = float("inf") if len(samples) > 1 else float("nan")
+        return mean, np.array([np.nan, np.nan])
+    mean, interval = mean_and_interval(samples)
+    return mean, np.array(interval)

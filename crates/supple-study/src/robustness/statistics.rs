@@ -1,11 +1,8 @@
 //! What samples of costs tell: means, confidence, quantiles, paired differences.
 
-use supple::simulate::{student_quantile, student_tails};
+use supple::simulate::{half_width_95, student_tails};
 
 use super::Paired;
-
-/// Confidence of all intervals.
-const CONFIDENCE: f64 = 0.95;
 
 /// Mean and standard deviation of a sample; NaN where it has a number that is not finite, or too few numbers.
 pub(super) fn mean_and_deviation(sample: &[f64]) -> (f64, f64) {
@@ -20,11 +17,7 @@ pub(super) fn mean_and_deviation(sample: &[f64]) -> (f64, f64) {
 
 /// Half-width of the confidence interval of a mean, by Student's t; NaN of fewer than two numbers.
 pub(super) fn half_width(deviation: f64, count: usize) -> f64 {
-    if count < 2 {
-        return f64::NAN;
-    }
-    let freedom = (count - 1) as f64;
-    student_quantile(1.0 - CONFIDENCE, freedom) * deviation / (count as f64).sqrt()
+    half_width_95(deviation / (count as f64).sqrt(), count)
 }
 
 /// A quantile of a sorted sample, linear between its numbers; NaN of an empty one.

@@ -18,8 +18,8 @@ const TOLERATED_BITS: f64 = 0.5;
 const CHANCE: f64 = 2.7e-3;
 /// Margin on the recommended number of roll-outs, because their spread is only estimated from a sample.
 const MORE: f64 = 1.2;
-/// Ratio of the numbers of roll-outs that are tried for it.
-const FINELY: f64 = 1.02;
+/// Ratio to which the number is found.
+const FINELY: f64 = 1.005;
 /// Three standard deviations, as a share of a band with 95 %.
 const THREE: f64 = 3.0 / 1.96;
 /// How far the filter's consistency may be from 1.
@@ -273,10 +273,16 @@ fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize>
     }
     // The standard error falls with the square root of the number. It is itself an estimate.
     let deviation = sampled.cost_standard_error * made.sqrt();
-    let suffices = |count: &f64| student_quantile(CHANCE, count - 1.0) * deviation / count.sqrt() <= tolerated;
-    let most = MOST_ROLLOUTS as f64 / MORE;
-    let counts = std::iter::successors(Some(made), |count| Some(FINELY * count));
-    let needed = MORE * counts.take_while(|&count| count <= most).find(suffices)?;
+    let suffices = |count: f64| student_quantile(CHANCE, count - 1.0) * deviation / count.sqrt() <= tolerated;
+    let (mut few, mut enough) = (made, MOST_ROLLOUTS as f64 / MORE);
+    if !suffices(enough) {
+        return None;
+    }
+    while enough > FINELY * few {
+        let between = (few * enough).sqrt();
+        *(if suffices(between) { &mut enough } else { &mut few }) = between;
+    }
+    let needed = MORE * enough;
     let unit = 10.0_f64.powf(needed.log10().floor() - 1.0).max(1.0);
     Some(((needed / unit).ceil() * unit) as usize)
 }

@@ -36,7 +36,7 @@ pub(crate) use finer::on_finer_steps;
 pub use sample::{sample, sample_number};
 pub(crate) use statistics::Outcome;
 pub use statistics::{Consistency, Estimate, FinerSteps, MonteCarlo, TouchShare};
-pub use student::{student_quantile, student_tails};
+pub use student::{half_width_95, student_quantile, student_tails};
 pub(crate) use truth::Truth;
 pub use truth::{Plant, World};
 

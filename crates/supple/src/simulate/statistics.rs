@@ -3,7 +3,7 @@ use std::f64::consts::LN_2;
 use serde::{Deserialize, Serialize};
 use supple_model::or_nan;
 
-use super::student::student_quantile;
+use super::student::half_width_95;
 use crate::problem::Task;
 
 /// 95 % of a normal variable are within so many standard deviations of its mean.
@@ -195,11 +195,12 @@ impl Estimate {
     /// ```
     #[must_use]
     pub fn of(samples: impl Iterator<Item = f64> + Clone) -> Self {
-        let count = samples.clone().count() as f64;
+        let made = samples.clone().count();
+        let count = made as f64;
         let mean = samples.clone().sum::<f64>() / count;
         let squares: f64 = samples.map(|sample| (sample - mean).powi(2)).sum();
         let standard_error = if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-        let half = student_quantile(0.05, count - 1.0) * standard_error;
+        let half = half_width_95(standard_error, made);
         let interval_95 = half.is_finite().then_some([mean - half, mean + half]);
         Self { mean, standard_error, interval_95 }
     }

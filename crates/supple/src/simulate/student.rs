@@ -30,6 +30,18 @@ pub fn student_quantile(outside: f64, freedom: f64) -> f64 {
     0.5 * (below + above)
 }
 
+/// Half-width of the 95 % confidence interval of the mean of `count` samples with a standard error; NaN of fewer than two.
+///
+/// ```
+/// use supple::simulate::half_width_95;
+///
+/// assert!((half_width_95(0.1, 20) - 0.2093024).abs() < 1e-7);
+/// ```
+#[must_use]
+pub fn half_width_95(standard_error: f64, count: usize) -> f64 {
+    student_quantile(0.05, count as f64 - 1.0) * standard_error
+}
+
 /// How likely Student's t is as far from 0 as `t`, on either side: `I_(nu / (nu + t^2)) (nu / 2, 1 / 2)`, which keeps
 /// its digits where it is small.
 ///
