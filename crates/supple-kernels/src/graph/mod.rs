@@ -10,6 +10,12 @@
 
 mod derive;
 mod function;
+mod instructions;
+#[cfg(target_arch = "x86_64")]
+mod native;
+#[cfg(not(target_arch = "x86_64"))]
+#[path = "not_native.rs"]
+mod native;
 mod node;
 mod program;
 mod repetition;

@@ -1,11 +1,13 @@
 use std::collections::{BTreeSet, HashSet};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 
+use super::instructions::{Again, Part, SCALE, rounds};
+use super::native::Code;
 use super::node::{Node, Op, Repetition, Table, operations, repetitions};
 use super::repetition::{Stage, stages};
-use super::schedule::{
-    ARITHMETIC, Kind, Step, Units, behind, chain, fuse, plain, results, schedule, without_negatives,
-};
-use crate::Scalar;
+use super::schedule::{Kind, Step, Units, behind, chain, fuse, plain, results, schedule, without_negatives};
+use crate::{Level, Scalar};
 
 /// Where a result of a program goes.
 ///
@@ -33,59 +35,6 @@ pub enum Target {
     },
 }
 
-/// Instructions store slot numbers multiplied by this, so that no multiplication is needed to address slots.
-pub(super) const SCALE: usize = 8;
-
-/// Instructions of each arithmetic kind, in the order of the kinds, then some of one other kind: a processor predicts
-/// the ends of such loops, but rarely an indirect jump with many targets.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Round {
-    pub arithmetic: [u32; ARITHMETIC],
-    pub other: Option<(Kind, u32)>,
-}
-
-/// The rounds of instructions in this order.
-fn rounds(steps: &[Step]) -> Vec<Round> {
-    let mut rounds: Vec<Round> = Vec::new();
-    // The kind after which the last round can continue.
-    let mut from = None;
-    for run in steps.chunk_by(|one, next| one.kind == next.kind) {
-        let (kind, count) = (run[0].kind, run.len() as u32);
-        if from.is_none_or(|from| from > kind) {
-            rounds.push(Round::default());
-        }
-        let Some(round) = rounds.last_mut() else { continue };
-        match kind.arithmetic() {
-            Some(place) => round.arithmetic[place] = count,
-            None => round.other = Some((kind, count)),
-        }
-        from = kind.arithmetic().map(|_| kind);
-    }
-    rounds
-}
-
-/// Instructions that run in sequence, once or repeatedly.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Part {
-    /// The slots used by the instructions, in sequence: for the result and the operands, as many as the kind has.
-    pub instructions: Vec<u32>,
-    /// How many instructions of each kind there are, by rounds.
-    pub rounds: Vec<Round>,
-    /// How they are repeated, if they are.
-    pub again: Option<Again>,
-}
-
-/// How instructions are repeated: until the first of their variables is no longer above 0.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Again {
-    /// Slots of the variables, and of their initial values.
-    pub start: Vec<(usize, usize)>,
-    /// Slots of the variables that a run changes, and of their new values.
-    pub next: Vec<(usize, usize)>,
-    /// Maximum number of runs.
-    pub most: usize,
-}
-
 /// A straight-line sequence of arithmetic, compiled from a graph, parts of which may repeat: no branches, and no memory
 /// except numbered slots.
 ///
@@ -107,7 +56,25 @@ pub struct Program {
     /// How many sources and parameters there must be.
     pub(super) sources: usize,
     pub(super) parameters: usize,
+    pub(super) native: Arc<Native>,
 }
+
+/// Machine code of a program that is run at single knots repeatedly.
+#[derive(Debug, Default)]
+pub(super) struct Native {
+    runs: AtomicU32,
+    code: OnceLock<Option<Code>>,
+}
+
+#[cfg(test)]
+impl Native {
+    pub(super) fn is_made(&self) -> bool {
+        self.code.get().is_some_and(Option::is_some)
+    }
+}
+
+/// Machine code is worth making from this run on.
+const WORTH_IT: u32 = 3;
 
 impl Program {
     /// The program that computes these nodes, and nothing else, from the graph being recorded.
@@ -135,12 +102,25 @@ impl Program {
         let Slots { constants, given, varying, next, .. } = slots;
         let sources = varying.iter().map(|&(source, _)| source + 1).max().unwrap_or(0);
         let parameters = given.iter().map(|parameter| parameter + 1).max().unwrap_or(0);
-        Self { constants, given, varying, parts, operations, outputs, slots: next, sources, parameters }
+        let native = Arc::default();
+        Self { constants, given, varying, parts, operations, outputs, slots: next, sources, parameters, native }
     }
 
     /// How many inputs are the same at every knot: constants and parameters.
     pub(super) fn fixed(&self) -> usize {
         self.constants.len() + self.given.len()
+    }
+
+    /// Its machine code, if the instructions in use allow it and it is worth it; prepares one run at single knots.
+    pub(super) fn code(&self) -> Option<&Code> {
+        let Native { runs, code } = &*self.native;
+        let is_worth_it =
+            || runs.load(Ordering::Relaxed) >= WORTH_IT || runs.fetch_add(1, Ordering::Relaxed) >= WORTH_IT;
+        if Level::current() == Level::Baseline || !is_worth_it() {
+            return None;
+        }
+        let results = self.outputs.iter().map(|&(slot, _)| slot);
+        code.get_or_init(|| Code::new(&self.parts, results, self.slots)).as_ref()
     }
 
     /// How many operations one knot takes, counting repeated ones once.
@@ -348,14 +328,8 @@ mod tests {
             let node = build(std::array::from_fn(|i| Node::entry(0, i)));
             Program::compile(&[(node, Target::Set { sink: 0, offset: 0 })])
         });
-        const ARITHMETIC_KINDS: [Kind; ARITHMETIC] =
-            [Kind::Add, Kind::Sub, Kind::Mul, Kind::Mul2, Kind::Mul3, Kind::MulAdd, Kind::MulAdd2, Kind::MulAdd3];
-        let of_round = |round: &Round| {
-            let first = ARITHMETIC_KINDS.into_iter().zip(round.arithmetic);
-            let list = first.chain(round.other).flat_map(|(kind, count)| (0..count).map(move |_| kind));
-            list.collect::<Vec<_>>()
-        };
-        let kinds: Vec<Kind> = program.parts.iter().flat_map(|part| &part.rounds).flat_map(of_round).collect();
+        let several = |(kind, count)| (0..count).map(move |_| kind);
+        let kinds: Vec<Kind> = program.parts.iter().flat_map(Part::kinds).flat_map(several).collect();
         assert_eq!(program.len(), kinds.iter().map(|kind| kind.operations()).sum::<usize>());
         assert_eq!(program.parts[0].instructions.len(), kinds.iter().map(|kind| kind.places()).sum::<usize>());
         kinds

@@ -1,6 +1,8 @@
 use std::cell::RefCell;
 
-use super::program::{Again, Part, Program, Round, SCALE, Target};
+use super::instructions::{Again, Part, Round, SCALE};
+use super::native::Code;
+use super::program::{Program, Target};
 use super::schedule::Kind;
 use crate::Single as _;
 use crate::pair::Pair;
@@ -116,11 +118,21 @@ impl Program {
 
     /// Prepares to run the program at one knot at a time, with the same parameters.
     pub fn with_parameters<'a>(&'a self, parameters: &[f64], scratch: &'a mut Scratch) -> OneByOne<'a> {
+        self.with_code(self.code(), parameters, scratch)
+    }
+
+    /// The same, by this machine code if there is some: that of this program.
+    pub(super) fn with_code<'a>(
+        &'a self,
+        code: Option<&'a Code>,
+        parameters: &[f64],
+        scratch: &'a mut Scratch,
+    ) -> OneByOne<'a> {
         assert!(self.parameters <= parameters.len(), "all that is read is given");
         // SAFETY: every slot is written before it is read.
         let slots = unsafe { scratch.leftovers::<f64>(self.slots) };
         fix(self, parameters, slots);
-        OneByOne { program: self, slots }
+        OneByOne { program: self, code, slots }
     }
 }
 
@@ -130,6 +142,7 @@ impl Program {
 #[derive(Debug)]
 pub struct OneByOne<'a> {
     program: &'a Program,
+    code: Option<&'a Code>,
     slots: &'a mut [f64],
 }
 
@@ -137,7 +150,17 @@ impl OneByOne<'_> {
     /// Runs it as [`Program::run_single`] does.
     pub fn run(&mut self, sources: &[&[f64]], sinks: &mut [&mut [f64]]) {
         assert!(self.program.sources <= sources.len(), "all that is read is given");
-        dispatch(AtKnot { program: self.program, slots: self.slots, sources, sinks });
+        let Self { program, code, ref mut slots } = *self;
+        dispatch(AtKnot { program, code, slots, sources, sinks });
+    }
+}
+
+#[cfg(test)]
+impl OneByOne<'_> {
+    /// Runs it as [`OneByOne::run`] does, at the level of these lanes.
+    pub(super) fn run_in<L: Lanes>(&mut self, sources: &[&[f64]], sinks: &mut [&mut [f64]]) {
+        let Self { program, code, ref mut slots } = *self;
+        L::apart(AtKnot { program, code, slots, sources, sinks });
     }
 }
 
@@ -150,17 +173,22 @@ struct Sink<'a> {
     size: usize,
 }
 
-/// Does the arithmetic, with all inputs in their slots. `is_above` returns whether any of the numbers is above 0.
+/// Does the arithmetic, with all inputs in their slots, by machine code where there is some, which works on single
+/// numbers. `is_above` returns whether any of the numbers is above 0.
 #[inline(always)]
-fn execute<V: Scalar>(program: &Program, slots: &mut [V], is_above: impl Fn(V) -> bool) {
-    assert!(program.slots <= slots.len());
-    for part in &program.parts {
+fn execute<V: Scalar>(program: &Program, code: Option<&Code>, slots: &mut [V], is_above: impl Fn(V) -> bool) {
+    assert!(program.slots <= slots.len() && (code.is_none() || size_of::<V>() == size_of::<f64>()));
+    for (number, part) in program.parts.iter().enumerate() {
         for &(to, from) in part.again.iter().flat_map(|again| &again.start) {
             slots[to] = slots[from];
         }
         let mut runs = 0;
         loop {
-            execute_part(part, slots);
+            match code {
+                // SAFETY: the program's, with slots for all that it uses.
+                Some(code) => unsafe { code.run(number, slots.as_mut_ptr().cast()) },
+                None => execute_part(part, slots),
+            }
             let Some(Again { start, next, most }) = &part.again else { break };
             for &(to, from) in next {
                 slots[to] = slots[from];
@@ -325,7 +353,7 @@ impl Job for Run<'_> {
                     let source = &sources[source];
                     *slot = Pair(gather(source, first, LANES, offset), gather(source, first + LANES, LANES, offset));
                 }
-                execute(program, slots, |Pair(one, two)| is_above(one) || is_above(two));
+                execute(program, None, slots, |Pair(one, two)| is_above(one) || is_above(two));
                 for &(slot, target) in &program.outputs {
                     let Pair(one, two) = slots[slot];
                     scatter(target, one, (start, LANES), &mut sink, sums);
@@ -342,7 +370,7 @@ impl Job for Run<'_> {
             for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
                 *slot = gather(&sources[source], first, count, offset);
             }
-            execute(program, slots, is_above);
+            execute(program, None, slots, is_above);
             for &(slot, target) in &program.outputs {
                 scatter(target, slots[slot], (start, count), &mut sink, sums);
             }
@@ -395,6 +423,7 @@ fn gather<L: Lanes>(source: &Source, first: usize, count: usize, offset: usize) 
 
 struct AtKnot<'a, 'b> {
     program: &'a Program,
+    code: Option<&'a Code>,
     /// With the inputs that are the same at every knot.
     slots: &'a mut [f64],
     sources: &'a [&'a [f64]],
@@ -411,13 +440,13 @@ impl Job for AtKnot<'_, '_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { program, slots, sources, sinks } = self;
+        let Self { program, code, slots, sources, sinks } = self;
         let slots = L::Single::slice_of(slots);
         let inputs = &mut slots[program.fixed()..];
         for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
             *slot = L::Single::constant(sources[source][offset]);
         }
-        execute(program, slots, |number| number.into() > 0.0);
+        execute(program, code, slots, |number| number.into() > 0.0);
         for &(slot, target) in &program.outputs {
             let value: f64 = slots[slot].into();
             match target {

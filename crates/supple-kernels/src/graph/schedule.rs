@@ -40,14 +40,15 @@ pub(super) enum Kind {
 /// How many kinds there are.
 const KINDS: usize = Kind::Select as usize + 1;
 
-/// The number of kinds that a program runs in a fixed order before it checks which other kind is next.
-pub(super) const ARITHMETIC: usize = 8;
+/// The kinds that a program runs in this order before it checks which other kind is next.
+pub(super) const ARITHMETIC: [Kind; 8] =
+    [Kind::Add, Kind::Sub, Kind::Mul, Kind::Mul2, Kind::Mul3, Kind::MulAdd, Kind::MulAdd2, Kind::MulAdd3];
 
 impl Kind {
     /// Its position among the [`ARITHMETIC`] kinds; `None` for the others.
     pub fn arithmetic(self) -> Option<usize> {
         let place = self as usize;
-        (place < ARITHMETIC).then_some(place)
+        (place < ARITHMETIC.len()).then_some(place)
     }
 
     /// How many operations an instruction is.

@@ -1,3 +1,4 @@
+use supple_kernels::rows::dot;
 use supple_kernels::{Matrices, padded};
 
 use super::box_qp::BoxQp;
@@ -70,9 +71,20 @@ impl Policy {
     /// Writes the control `u = ubar + step k + K (x - xbar)` of step `t` at the state `x`.
     pub fn control(&self, t: usize, step: f64, x: &[f64], [xbar, ubar]: [&[f64]; 2], u: &mut [f64]) {
         let (gains, stride) = (self.feedback.at(t), self.feedback.stride());
-        for (a, (u, (ubar, k))) in u.iter_mut().zip(ubar.iter().zip(self.feedforward.vector(t))).enumerate() {
-            let terms = gains[a * stride..].iter().zip(x).zip(xbar).map(|((gain, x), xbar)| gain * (x - xbar));
-            *u = ubar + step * k + terms.sum::<f64>();
+        for (u, (ubar, k)) in u.iter_mut().zip(ubar.iter().zip(self.feedforward.vector(t))) {
+            *u = ubar + step * k;
+        }
+        // Some columns of K at a time, so that all rows use the same differences.
+        let mut differences = [0.0; 64];
+        for (number, (x, xbar)) in x.chunks(differences.len()).zip(xbar.chunks(differences.len())).enumerate() {
+            let first = number * differences.len();
+            let differences = &mut differences[..x.len()];
+            for (difference, (x, xbar)) in differences.iter_mut().zip(x.iter().zip(xbar)) {
+                *difference = x - xbar;
+            }
+            for (u, gains) in u.iter_mut().zip(gains.chunks(stride)) {
+                *u += dot(&gains[first..first + differences.len()], differences);
+            }
         }
     }
 
