@@ -56,6 +56,33 @@ fn meshes_out_of_reach_are_left_out() {
     }
 }
 
+/// Misspelt attributes lost damping or friction, or the sign of a mimic joint, without a word; moments in g m^2 made links
+/// of a kilogram as hard to turn as lorries.
+#[test]
+fn what_is_likely_a_slip_is_a_warning() {
+    let joint = "<axis xyz=\"0 1 0\"/><dynamics dampng=\"0.1\" friction=\"0.2\"/>";
+    for (what, text, expected) in [
+        (
+            "a misspelt attribute",
+            PAIR.replace("<origin xyz=\"1 2 3\"/>", joint),
+            "dynamics of joint `j`: attribute `dampng` is not known and is ignored; did you mean `damping`? (line 5)",
+        ),
+        (
+            "a misspelt attribute of an inertial",
+            PAIR.replace("<inertial>", "<inertial><origin xzy=\"0 0 0\"/>"),
+            "origin of link `b`: attribute `xzy` is not known and is ignored (line 4)",
+        ),
+        (
+            "moments in g m^2",
+            PAIR.replace("\"1\"", "\"1000\""),
+            "inertial of link `b`: its mass of 2 kg has the moments of inertia of a body many metres in size (radius of gyration \
+             22.3 m); they must be in kg m^2, and lengths in m (line 4)",
+        ),
+    ] {
+        assert_eq!(read(&text).unwrap().warnings, [expected], "{what}");
+    }
+}
+
 /// A robot of two links.
 const PAIR: &str = r#"<?xml version="1.0"?>
 <robot name="r">

@@ -50,17 +50,23 @@ pub fn best_plan(
     let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut candidates = Candidates::default();
-    let guess = task.guess(phi, 1.0);
+    let has_guess = !task.initial_control.is_empty();
+    let guess = if has_guess { task.guess(phi, 1.0) } else { state.first_guess(task, phi) };
+    // The first guess takes a sweep.
+    let swept = usize::from(!has_guess);
     if let Some((controls, before)) = state.approach(task, phi, settings, &guess) {
+        let before = before + swept;
         candidates.plan(problem, task, phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
     }
     // Friction alone does not create branches that would justify another plan.
     if candidates.converged.is_none() || state.has_to_approach(task, phi) {
         for &factor in factors {
-            candidates.plan(problem, task, phi, Start::of(&task.guess(phi, factor)), state);
+            let scaled = has_guess.then(|| task.guess(phi, factor));
+            let controls = scaled.as_ref().unwrap_or(&guess);
+            candidates.plan(problem, task, phi, Start { before: swept, ..Start::of(controls) }, state);
         }
     }
-    if task.initial_control.is_empty() && candidates.converged.is_none() {
+    if !has_guess && candidates.converged.is_none() {
         candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 0.0)), state);
     }
     for controls in task.known_controls.iter().chain(neighbour) {

@@ -52,8 +52,8 @@ use crate::gradient::{
     total_gradient,
 };
 use crate::plan::{
-    Asked, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, has_to_approach, plan_risk,
-    search,
+    Asked, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, first_guess, has_to_approach,
+    plan_risk, search,
 };
 use crate::problem::{Task, TaskAt};
 use crate::sampled_plan::plan_sampled;
@@ -152,6 +152,13 @@ impl TaskState {
         let found = approach(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
+    }
+
+    /// The controls from which a task that has no first guess of its own is planned.
+    pub(crate) fn first_guess(&mut self, task: &Task, phi: &[f64]) -> Matrices {
+        self.forget();
+        task.write_guess(phi, None, &mut self.plan.trajectory);
+        first_guess(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
     }
 
     /// The first half of [`evaluate`](Self::evaluate): the plan.

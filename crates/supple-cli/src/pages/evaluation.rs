@@ -33,7 +33,8 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
 /// One task: how its plan ended, its numbers, limits, contacts and gradients.
 fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
     let TaskEvaluation { name, status, iterations, stationarity, .. } = task;
-    let mut page = format!("{name}: {status} after {iterations} iterations, stationarity {stationarity:.1e}\n");
+    let plural = if *iterations == 1 { "" } else { "s" };
+    let mut page = format!("{name}: {status} after {iterations} iteration{plural}, stationarity {stationarity:.1e}\n");
     if task.cost_curvature == Curvature::GaussNewton {
         page.push_str("  cost curvature: Gauss-Newton\n");
     }

@@ -3,7 +3,7 @@
 use supple::design::DesignStatus;
 use supple::parameters::Role;
 use supple::plan::PlanStatus;
-use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation};
+use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation, Verdict};
 use supple_study::About;
 use supple_study::design::DesignReport;
 
@@ -65,6 +65,10 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     met_blindly(report).unwrap_or_default()
                 ),
                 (_, false) => format!("widen the bounds of {}: the optimum is at one of them", listed(&at_bounds)),
+                _ if doubtful(optimum).is_some() => format!(
+                    "`supple evaluate` at this design with more `--rollouts`, or less noise: the roll-outs leave the cost of {} in doubt",
+                    doubtful(optimum).unwrap_or_default()
+                ),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 // Along a single parameter, a search that converged is seldom one of several.
                 _ if same <= 1 && (worse > 0 || about.parameters.design().len() > 1) => {
@@ -117,6 +121,12 @@ fn met_blindly(report: &DesignReport) -> Option<&str> {
     });
     let first = report.optimum.tasks.first().filter(|_| is_blind && report.settings.information.needed == 0.0);
     first.map(|task| task.name.as_str())
+}
+
+/// A task whose roll-outs do not agree with what is expected of them, or are too few to tell.
+fn doubtful(at: &Evaluation) -> Option<&str> {
+    let is_doubtful = |task: &&TaskEvaluation| task.trust.as_ref().is_some_and(|trust| trust.verdict != Verdict::Holds);
+    at.tasks.iter().find(is_doubtful).map(|task| task.name.as_str())
 }
 
 /// What to do about an unusable plan; `None` if all plans are fine.
@@ -204,7 +214,7 @@ fn listed(names: &[String]) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use supple::{EvaluateOptions, PriceReport, Verdict};
+    use supple::{EvaluateOptions, PriceReport};
 
     use super::*;
 

@@ -20,7 +20,11 @@ pub fn sweep_page(about: &About, sweep: &Sweep, folder: &Path) -> String {
         (RESULT, "its inputs, and a description of its columns"),
         (JOURNAL, "the journal"),
     ] {
-        let _ = writeln!(page, "  {}: {what}", folder.join(name).display());
+        let path = folder.join(name);
+        // Studies do not keep the journals of complete steps.
+        if path.exists() {
+            let _ = writeln!(page, "  {}: {what}", path.display());
+        }
     }
     page
 }
@@ -123,6 +127,17 @@ fn missed_contacts(sweep: &Sweep) -> String {
     sweep.table.columns.iter().filter_map(of_task).collect()
 }
 
+/// Whether the plans of each point make all contacts whose force a cost tracks.
+fn contacts_made(sweep: &Sweep) -> Vec<bool> {
+    let mut made = vec![true; sweep.table.rows.len()];
+    for column in sweep.table.columns.iter().filter(|column| misses_contact(column).is_some()) {
+        for (made, missed) in made.iter_mut().zip(sweep.table.numbers(&column.name).unwrap_or_default()) {
+            *made &= missed != 1.0;
+        }
+    }
+    made
+}
+
 /// How many points there are, how many failed, and where the least information is.
 fn summary(sweep: &Sweep) -> String {
     let (rows, failed) = (&sweep.table.rows, failed(sweep));
@@ -132,7 +147,9 @@ fn summary(sweep: &Sweep) -> String {
         _ => format!("{points}; {failed} could not be evaluated: see the column `error`.\n"),
     };
     let [bits, feasible] = ["information_bits", "feasible"].map(|name| sweep.table.numbers(name).unwrap_or_default());
-    let meets = |point: &usize| feasible[*point] == 1.0;
+    let touches = contacts_made(sweep);
+    let misses = touches.contains(&false);
+    let meets = |point: &usize| feasible[*point] == 1.0 && touches[*point];
     let least = |points: &mut dyn Iterator<Item = usize>| {
         points.filter(|&point| bits[point].is_finite()).min_by(|&a, &b| bits[a].total_cmp(&bits[b]))
     };
@@ -146,7 +163,16 @@ fn summary(sweep: &Sweep) -> String {
             let values: Vec<String> = values.collect();
             let count = (0..rows.len()).filter(meets).count();
             let what = match among {
+                Some(_) if misses => {
+                    format!(
+                        "Least information among the {count} that are within all cost limits and make their contacts"
+                    )
+                }
                 Some(_) => format!("Least information among the {count} that are within all cost limits"),
+                None if misses => {
+                    "No point with converged plans is within all cost limits and makes its contacts. Least information"
+                        .into()
+                }
                 None => "No point with converged plans is within all cost limits. Least information".into(),
             };
             let _ = writeln!(text, "{what}: {} bits at {}.", number(bits[point]), values.join(", "));

@@ -23,6 +23,8 @@ const TINY: f64 = 1e-6;
 const WITHOUT_PRODUCTS: &str = "the products of inertia are invalid; correct them or set them to 0";
 /// Advice where a number is too great.
 const UNITS: &str = "numbers of robot files are in kg, m and s; check the unit and the exponent";
+/// Greatest radius of gyration of a link that is not suspicious, m.
+const WIDEST: f64 = 10.0;
 /// Excess over the triangle inequality attributed to rounding in a file.
 const EXCESS: f64 = 0.01;
 
@@ -65,6 +67,17 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
             format!(
                 "the principal moments of inertia {} are impossible: each must be at most the sum of the other two",
                 said()
+            )
+        });
+    }
+    let gyration = (greatest / mass).sqrt();
+    if mass > 0.0 && gyration > WIDEST {
+        warnings.note("gyration", *at, || {
+            format!(
+                "its mass of {} kg has the moments of inertia of a body many metres in size (radius of gyration {} m); they \
+                 must be in kg m^2, and lengths in m",
+                three(mass),
+                three(gyration)
             )
         });
     }

@@ -30,6 +30,32 @@ const JOINT: [&str; 7] = ["parent", "child", "origin", "axis", "limit", "dynamic
 /// Elements of `joint` that are known and not modelled.
 const JOINT_IGNORED: [&str; 4] = ["safety_controller", "calibration", "gazebo", "hardwareInterface"];
 
+/// The attributes of an element, by its tag; `None` where they do not affect the dynamics.
+fn attributes(tag: &str) -> Option<&'static [&'static str]> {
+    Some(match tag {
+        "link" | "joint" => &["name", "type"],
+        "origin" => &["xyz", "rpy"],
+        "mass" => &["value"],
+        "inertia" => &["ixx", "ixy", "ixz", "iyy", "iyz", "izz"],
+        "parent" | "child" => &["link"],
+        "axis" => &["xyz"],
+        "limit" => &["lower", "upper", "effort", "velocity"],
+        "dynamics" => &["damping", "friction"],
+        "mimic" => &["joint", "multiplier", "offset"],
+        _ => return None,
+    })
+}
+
+/// Warns of attributes of a link or joint, and of the elements in it that affect the dynamics, that are not known.
+fn check_attributes(at: Element, warnings: &mut Warnings) {
+    let inertial = at.children().filter(|element| element.tag() == "inertial");
+    for element in [at].into_iter().chain(at.children()).chain(inertial.flat_map(Element::children)) {
+        if let Some(known) = attributes(element.tag()) {
+            warnings.unknown_attributes(element, element.tag(), known);
+        }
+    }
+}
+
 /// Reads a URDF file. Meshes are looked for in `folder`.
 ///
 /// # Errors
@@ -98,6 +124,7 @@ fn link<'a>(
     warnings: &mut Warnings,
 ) -> Result<LinkPart<'a>, FileError> {
     let name = at.required("name")?.to_owned();
+    check_attributes(at, warnings);
     for element in at.children() {
         pass_over(element, &LINK, &LINK_IGNORED, warnings);
     }
@@ -156,6 +183,7 @@ fn mesh(at: Element, options: &LoadOptions, folder: &Path, warnings: &mut Warnin
 fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, FileError> {
     let name = at.required("name")?.to_owned();
     let kind = joint_kind(at, &["floating", "planar"])?;
+    check_attributes(at, warnings);
     for element in at.children() {
         pass_over(element, &JOINT, &JOINT_IGNORED, warnings);
     }

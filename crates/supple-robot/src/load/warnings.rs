@@ -88,6 +88,16 @@ impl Warnings {
         });
     }
 
+    /// Reports attributes of an element that are not among these, usually typos; `kind` is what the element is.
+    pub(super) fn unknown_attributes(&mut self, element: Element, kind: &str, known: &[&str]) {
+        for name in element.attributes().filter(|name| !known.contains(name)) {
+            self.note(&format!("{kind}@{name}"), element, || {
+                let near = near(name, known).map_or_else(String::new, |help| format!("; {help}"));
+                format!("attribute {} is not known and is ignored{near}", shown(name))
+            });
+        }
+    }
+
     /// Reports an attribute that is known but not modelled.
     pub(super) fn ignore_attribute(&mut self, element: Element, attribute: &str) {
         self.add(format!("{}@{attribute}", element.tag()), element, || {

@@ -453,6 +453,11 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:6:25: position: `kv` must be at least 0; found -1",
     ),
     (
+        "a stiffness of a position actuator that pushes away",
+        "<mujoco>\n<worldbody>\n<body name='a'><inertial mass='1' pos='0 0 0' diaginertia='1 1 1'/><joint name='j'/></body>\n</worldbody>\n<actuator>\n<position joint='j' kp='-20'/>\n</actuator></mujoco>",
+        "robot.xml:6:24: position: `kp` must be at least 0; found -20",
+    ),
+    (
         "damping of an actuator twice",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='j' kv='1' dampratio='1'/></actuator></mujoco>",
         "robot.xml:6:39: position: give either `kv` or `dampratio`, not both",

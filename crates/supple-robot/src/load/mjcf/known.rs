@@ -86,11 +86,5 @@ pub(super) fn require_attributes(at: Element, tag: &str) -> Result<(), FileError
 
 /// Warns of attributes of an element that are not known; `tag` as for [`attributes`].
 pub(super) fn check_attributes(at: Element, tag: &str, warnings: &mut Warnings) {
-    for name in at.attributes().filter(|name| attributes(tag).all(|known| known != *name)) {
-        warnings.note(&format!("{tag}@{name}"), at, || {
-            let known: Vec<_> = attributes(tag).collect();
-            let near = near(name, &known).map_or_else(String::new, |help| format!("; {help}"));
-            format!("attribute {} is not known and is ignored{near}", shown(name))
-        });
-    }
+    warnings.unknown_attributes(at, tag, &attributes(tag).collect::<Vec<_>>());
 }

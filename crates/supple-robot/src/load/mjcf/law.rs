@@ -81,7 +81,7 @@ impl Numbers {
             "motor" => *self = Self { kind: "motor", ..Self::default() },
             "position" => {
                 self.become_kind("position");
-                let kp = at.number("kp")?.unwrap_or(self.gain);
+                let kp = least_zero(at, "kp")?.unwrap_or(self.gain);
                 (self.gain, self.bias[1]) = (kp, -kp);
                 match (least_zero(at, "kv")?, least_zero(at, "dampratio")?) {
                     (Some(_), Some(_)) => {
@@ -98,7 +98,7 @@ impl Numbers {
             }
             "velocity" => {
                 self.become_kind("velocity");
-                let kv = at.number("kv")?.unwrap_or(self.gain);
+                let kv = least_zero(at, "kv")?.unwrap_or(self.gain);
                 (self.gain, self.bias) = (kv, [0.0, 0.0, -kv]);
                 (self.fixed, self.affine, self.direct) = (true, Bias::Affine, true);
             }

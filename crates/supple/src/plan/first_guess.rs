@@ -1,0 +1,56 @@
+//! Where searches start that are given no controls.
+
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Regularisation;
+use supple_model::system::{Curvature, RollOut};
+
+use super::sweeps::{start, sweep};
+use super::{NominalProblem, Plan, PlanWorkspace};
+use crate::knots::Linearise as _;
+
+/// Shares of the feedforward that are tried: with 0, feedback alone keeps the system where it is.
+const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.0];
+
+/// The controls of the cheapest of some motions from the first state (theory, equation P.3b): under constant controls, which
+/// are given in the plan's trajectory and hold the first state as well as they can; without controls; and under the control
+/// law of the linear-quadratic problem about the first state, as if it were held there.
+///
+/// Constant controls do not hold a system with fewer drives than joints, or with springs that are not in equilibrium: they
+/// set it whirling, and the search ends in a local minimum of such motions. The law keeps it near its first state.
+pub(crate) fn first_guess(
+    problem: NominalProblem,
+    plan: &mut Plan,
+    work: &mut PlanWorkspace,
+    scratch: &mut Scratch,
+) -> Matrices {
+    let NominalProblem { system, phi, bounds } = problem;
+    let mut least = if start(problem, plan, scratch).is_ok() { plan.nominal_cost } else { f64::INFINITY };
+    let mut best = plan.trajectory.controls.clone();
+    let first = plan.trajectory.states.vector(0).to_vec();
+    let steps = plan.trajectory.steps();
+    let mut compare = |cost: f64, controls: &Matrices| {
+        if cost < least {
+            (least, best) = (cost, controls.clone());
+        }
+    };
+    let candidate = &mut work.candidate;
+    candidate.states.vector_mut(0)[..first.len()].copy_from_slice(&first);
+    candidate.controls.clear();
+    if let Some(bounds) = bounds {
+        bounds.clamp_all(&mut candidate.controls);
+    }
+    let cost = system.roll_out(RollOut::Controls, phi, candidate, scratch);
+    compare(cost, &candidate.controls);
+    for t in 1..=steps {
+        plan.trajectory.states.vector_mut(t)[..first.len()].copy_from_slice(&first);
+    }
+    plan.knots.linearise_plan(system, plan.trajectory.points(), phi, Curvature::GaussNewton, scratch);
+    if plan.knots.check_finite().is_ok() && sweep(problem, Regularisation::default(), None, plan).is_ok() {
+        for step in SHARES {
+            let law = RollOut::Law { reference: &plan.trajectory, policy: &plan.policy, step, bounds };
+            let cost = system.roll_out(law, phi, candidate, scratch);
+            compare(cost, &candidate.controls);
+        }
+    }
+    best
+}
