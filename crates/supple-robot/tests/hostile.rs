@@ -76,7 +76,7 @@ fn what_is_likely_a_slip_is_a_warning() {
             "moments in g m^2",
             PAIR.replace("\"1\"", "\"1000\""),
             "inertial of link `b`: its mass of 2 kg has the moments of inertia of a body many metres in size (radius of gyration \
-             22.3 m); they must be in kg m^2, and lengths in m (line 4)",
+             22.4 m); they must be in kg m^2, and lengths in m (line 4)",
         ),
     ] {
         assert_eq!(read(&text).unwrap().warnings, [expected], "{what}");

@@ -14,8 +14,11 @@ from ..validation import SampledLoop
 
 __all__ = ["Conclusion", "Moves", "conclude", "enlarged", "sampled"]
 
-#: Consistency of a filter on MuJoCo from which it is worth a word, and from which the design is broken there.
-DOUBTFUL, BROKEN = 1.5, 10.0
+#: Consistency of a filter on MuJoCo from which it is worth a word, as in `supple evaluate`, and from which the design is
+#: broken there.
+DOUBTFUL, BROKEN = 1.2, 10.0
+#: Consistency on supple's own model from which the plan itself explains what happens on MuJoCo.
+ASTRAY = 1.5
 #: Share of the predicted cost by which the cost on MuJoCo may exceed it without a word, and how many times it makes it broken.
 DEARER, MUCH_DEARER = 0.25, 10.0
 #: Times of the predicted information that is worth a word.
@@ -206,7 +209,7 @@ def conclude(
         )
     if not doubts:
         return Conclusion("the design holds on MuJoCo as predicted", False)
-    alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > DOUBTFUL)
+    alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > ASTRAY)
     alike = alike or own.cost_mean - cost > max(DEARER * abs(cost), DEARER * dearer)
     if alike:
         why = "supple's own roll-outs are not as predicted either: the plan does not hold for these noises; see `supple evaluate`"

@@ -455,7 +455,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a stiffness of a position actuator that pushes away",
         "<mujoco>\n<worldbody>\n<body name='a'><inertial mass='1' pos='0 0 0' diaginertia='1 1 1'/><joint name='j'/></body>\n</worldbody>\n<actuator>\n<position joint='j' kp='-20'/>\n</actuator></mujoco>",
-        "robot.xml:6:24: position: `kp` must be at least 0; found -20",
+        "robot.xml:6:25: position: `kp` must be at least 0; found -20",
     ),
     (
         "damping of an actuator twice",
