@@ -58,16 +58,17 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
         }),
         _ => plan(optimum).unwrap_or_else(|| {
             let (same, worse) = report.agreement();
+            let (blind, doubtful) = (met_blindly(report), doubtful(optimum));
             match (report.status, at_bounds.is_empty()) {
                 (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => unfinished(report),
-                (_, false) if met_blindly(report).is_some() => format!(
+                (_, false) if blind.is_some() => format!(
                     "lower the `bound` of {}: it can be met without measurements, so it gives no requirement for the sensors; `supple sensors` shows the cost without sensors",
-                    met_blindly(report).unwrap_or_default()
+                    blind.unwrap_or_default()
                 ),
                 (_, false) => format!("widen the bounds of {}: the optimum is at one of them", listed(&at_bounds)),
-                _ if doubtful(optimum).is_some() => format!(
+                _ if doubtful.is_some() => format!(
                     "`supple evaluate` at this design with more `--rollouts`, or less noise: the roll-outs leave the cost of {} in doubt",
-                    doubtful(optimum).unwrap_or_default()
+                    doubtful.unwrap_or_default()
                 ),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 // Along a single parameter, a search that converged is seldom one of several.

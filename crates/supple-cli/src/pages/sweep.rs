@@ -162,18 +162,12 @@ fn summary(sweep: &Sweep) -> String {
             });
             let values: Vec<String> = values.collect();
             let count = (0..rows.len()).filter(meets).count();
+            let [make, makes] = if misses { [" and make their contacts", " and makes its contacts"] } else { ["", ""] };
             let what = match among {
-                Some(_) if misses => {
-                    format!(
-                        "Least information among the {count} that are within all cost limits and make their contacts"
-                    )
+                Some(_) => format!("Least information among the {count} that are within all cost limits{make}"),
+                None => {
+                    format!("No point with converged plans is within all cost limits{makes}. Least information")
                 }
-                Some(_) => format!("Least information among the {count} that are within all cost limits"),
-                None if misses => {
-                    "No point with converged plans is within all cost limits and makes its contacts. Least information"
-                        .into()
-                }
-                None => "No point with converged plans is within all cost limits. Least information".into(),
             };
             let _ = writeln!(text, "{what}: {} bits at {}.", number(bits[point]), values.join(", "));
         }

@@ -34,7 +34,7 @@ pub(crate) fn first_guess(
         }
     };
     let candidate = &mut work.candidate;
-    candidate.states.vector_mut(0)[..first.len()].copy_from_slice(&first);
+    candidate.states.vector_mut(0).copy_from_slice(&first);
     candidate.controls.clear();
     if let Some(bounds) = bounds {
         bounds.clamp_all(&mut candidate.controls);
@@ -42,7 +42,7 @@ pub(crate) fn first_guess(
     let cost = system.roll_out(RollOut::Controls, phi, candidate, scratch);
     compare(cost, &candidate.controls);
     for t in 1..=steps {
-        plan.trajectory.states.vector_mut(t)[..first.len()].copy_from_slice(&first);
+        plan.trajectory.states.vector_mut(t).copy_from_slice(&first);
     }
     plan.knots.linearise_plan(system, plan.trajectory.points(), phi, Curvature::GaussNewton, scratch);
     if plan.knots.check_finite().is_ok() && sweep(problem, Regularisation::default(), None, plan).is_ok() {

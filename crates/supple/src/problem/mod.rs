@@ -253,8 +253,8 @@ pub struct Task {
     pub information_weight: f64,
     /// Mean of the first state, n.
     pub initial_state: Vec<Value>,
-    /// First guess of the controls: one row for all steps, or one per step; each of length m. If empty, the
-    /// controls that best hold the first state.
+    /// First guess of the controls: one row for all steps, or one per step; each of length m. If empty, plans of
+    /// a problem start from the cheapest of a few motions near the first state (theory, equation P.3b).
     pub initial_control: Vec<Vec<Value>>,
     /// Controls of a plan that is known already, such as that of a stored result: plans start from them too.
     pub known_controls: Option<Matrices>,
@@ -321,8 +321,8 @@ impl Task {
         Self { initial_control: vec![control.into_iter().map(Into::into).collect()], ..self }
     }
 
-    /// Sets the first guess of the controls: one row for all steps or one per step, each of length m. Without rows, those
-    /// that best hold the first state.
+    /// Sets the first guess of the controls: one row for all steps or one per step, each of length m. Without rows,
+    /// plans of a problem start from the cheapest of a few motions near the first state.
     #[must_use]
     pub fn guessing_each(self, controls: Vec<Vec<Value>>) -> Self {
         Self { initial_control: controls, ..self }
