@@ -209,6 +209,7 @@ class LimitReached(Record):
         step: The first step at which the plan is held there.
         steps: Number of steps at which it is.
         price: Decrease of the nominal cost per unit by which the limit is wider.
+        unit: The unit of the limit; empty where there is none.
     """
 
     name: str
@@ -217,6 +218,7 @@ class LimitReached(Record):
     step: int
     steps: int
     price: float
+    unit: str = ""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -225,10 +227,11 @@ class LimitViolation(Record):
 
     Attributes:
         name: The limited quantity.
-        worst: The value furthest outside the limit, in the unit of the state or control.
-        limit: The limit, in the same unit.
+        worst: The value furthest outside the limit.
+        limit: The limit.
         step: The first step at which the value is ``worst``.
         steps: Number of steps at which the value is outside.
+        unit: The unit of both; empty where there is none.
     """
 
     name: str
@@ -236,6 +239,7 @@ class LimitViolation(Record):
     limit: float
     step: int
     steps: int
+    unit: str = ""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

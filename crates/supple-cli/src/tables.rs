@@ -4,6 +4,7 @@ use std::ops::{Deref, DerefMut};
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 use supple_study::About;
+use supple_text::short;
 /// A number in a table, with about six significant digits.
 pub(crate) use supple_text::tabular as number;
 
@@ -98,6 +99,22 @@ pub(crate) fn align_right(table: &mut Table, columns: std::ops::Range<usize>) {
 /// A column heading: a name with its unit.
 pub(crate) fn title(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
+}
+
+/// A number with its unit, where it has one.
+pub(crate) fn with_unit(value: f64, unit: &str) -> String {
+    format!("{} {unit}", number(value)).trim_end().to_owned()
+}
+
+/// A number with its sign.
+pub(crate) fn signed(value: f64) -> String {
+    let sign = if value > 0.0 { "+" } else { "" };
+    format!("{sign}{}", short(value, 4))
+}
+
+/// A count of things: `1 point`, `4 points`.
+pub(crate) fn count(number: usize, thing: &str) -> String {
+    if number == 1 { format!("1 {thing}") } else { format!("{number} {thing}s") }
 }
 
 pub(crate) fn percent(from: f64, to: f64) -> String {

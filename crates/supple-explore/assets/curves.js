@@ -26,6 +26,14 @@
 
   const colour = (name) => () => SuppleTheme.colour(name);
 
+  /** The texts of ticks, with as many digits as tell them apart. */
+  function distinct(ticks) {
+    const texts = (digits) => ticks.map((tick) => (tick === null ? "" : E.number(tick, digits)));
+    const wanted = new Set(ticks).size;
+    for (let digits = 4; digits < 12; digits += 1) if (new Set(texts(digits)).size >= wanted) return texts(digits);
+    return texts(12);
+  }
+
   /** The quantities to begin with: forces and clearances of contacts, then some of each kind. */
   function first(list) {
     const rank = { Contacts: 0, Quantities: 0.5, Information: 1, States: 2, Controls: 3, Cost: 4 };
@@ -124,17 +132,17 @@
       return {
         width: this.width(), height: height(this.width()), bands, cursor: { sync: { key: "time" }, points: { size: 5 } },
         scales: {
-          x: { time: false },
+          x: { time: false, range: (_, from, to) => (from === null ? [0, 1] : from < to ? [from, to] : [from - 0.1 * (from || 1), to + 0.1 * (to || 1)]) },
           y: { range: (_, least, most) => this.clip?.range ?? (least === null ? [0, 1] : uPlot.rangeNum(least, most, 0.1, true)) },
         },
         legend: { live: true },
-        axes: [{ ...axis, size: 30 * E.larger(), values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : `${E.number(tick)} s`)) },
-          { ...axis, size: 58 * E.larger(), values: (_, ticks) => ticks.map((tick) => E.number(tick)) }],
+        axes: [{ ...axis, size: 30 * E.larger(), values: (_, ticks) => distinct(ticks).map((text) => (text ? `${text} s` : "")) },
+          { ...axis, size: 58 * E.larger(), values: (_, ticks) => distinct(ticks) }],
         series: [{ label: "time", value: (...at) => `${E.number(shown(...at))} s` },
-          ...series.map(({ role, label, pin }) => {
+          ...series.map(({ role, label, pin, y }) => {
             const [, tint, width, dash] = ROLES[role];
             return {
-              label, stroke: colour(pin ? PINS[pin] : tint), width: pin ? 2 : width, dash: pin ? [8, 3] : dash, spanGaps: !pin ? false : true, points: { show: false },
+              label, stroke: colour(pin ? PINS[pin] : tint), width: pin ? 2 : width, dash: pin ? [8, 3] : dash, spanGaps: !pin ? false : true, points: { show: y.length < 2 },
               value: (...at) => {
                 const value = shown(...at);
                 return `${E.number(value)}${unit && Number.isFinite(value) ? ` ${unit}` : ""}`;

@@ -317,9 +317,9 @@
     context.rect(box.x - room, box.y - room, box.w + 2 * room, box.h + 2 * room);
     context.clip();
     context.fillStyle = SuppleTheme.colour("@7/0.35");
-    points.forEach((point) => { const [x, y] = at(point[5], point[2]); context.fillRect(x - 1.5, y - 1.5, 3, 3); });
+    points.filter((point) => point[5] <= costs[1] && point[2] <= bits[1]).forEach((point) => { const [x, y] = at(point[5], point[2]); context.fillRect(x - 1.5, y - 1.5, 3, 3); });
     context.fillStyle = SuppleTheme.colour("@1");
-    front.forEach((point) => { const [x, y] = at(point[5], point[2]); context.fillRect(x - 3, y - 3, 6, 6); });
+    front.filter((point) => point[5] <= costs[1] && point[2] <= bits[1]).forEach((point) => { const [x, y] = at(point[5], point[2]); context.fillRect(x - 3, y - 3, 6, 6); });
     const cost = (numbers) => numbers.tasks.reduce((sum, task) => sum + task.expected, 0);
     D.pins.filter((pin) => pin.answer).forEach((pin) => dot(context, at(cost(pin.answer.numbers), pin.answer.numbers.measured), "#7a2f63", pin.name));
     if (E.now) dot(context, at(cost(E.now.numbers), E.now.numbers.measured), "#d62728", "");

@@ -369,6 +369,8 @@ pub enum Marker {
     Diamond,
     /// A star of five points.
     Star,
+    /// A cross, for what a reader must not rely on.
+    Cross,
 }
 
 impl Marker {

@@ -6,9 +6,10 @@ mod common;
 use common::{bound, design, evaluate, pareto, robustness, summary, sweep, trace};
 use insta::assert_json_snapshot;
 use resvg::usvg::{Options, Tree};
-use supple_figures::figure::{Panel, Shape};
+use supple_figures::figure::{Marker, Panel, Shape};
 use supple_figures::{Figure, Format, Kind, Width, draw, render};
-use supple_study::{Folder, StudyResult};
+use supple_study::sweep::misses_contact;
+use supple_study::{Cell, Folder, StudyResult};
 
 fn figure(kind: Kind, folders: &[Folder]) -> Figure {
     draw(kind, folders, None).unwrap()
@@ -162,6 +163,32 @@ fn the_line_of_the_bound_is_on_both_panels() {
         (level, labels(panel).contains(&"cost at its limit, 25"))
     };
     assert_eq!(landscape.panels.iter().map(bound).collect::<Vec<_>>(), [(Some(25.0), true); 2]);
+}
+
+/// Points that no reader must take for designs: on landscapes of one and two parameters, and along a front.
+#[test]
+fn plans_that_miss_a_contact_are_crossed() {
+    let mut one = sweep(&["k1=20,60,120"]);
+    let mut two = sweep(&["k1=20,60,120", "k2=10,50"]);
+    for folder in [&mut one, &mut two] {
+        let StudyResult::Sweep(sweep) = &mut folder.result else { panic!() };
+        let column = sweep.table.columns.iter().position(|column| misses_contact(column).is_some()).unwrap();
+        sweep.table.rows[1][column] = Cell::Number(1.0);
+    }
+    let mut front = pareto();
+    let StudyResult::Pareto(found) = &mut front.result else { panic!() };
+    found.points[1].warnings.push("it is missed".to_owned());
+    let crosses = |kind: Kind, folder: Folder| -> Vec<usize> {
+        let of_panel = |panel: &Panel| -> usize {
+            let marks = panel.series.iter().filter(|series| series.style.marker == Some(Marker::Cross));
+            marks.map(|series| if let Shape::Points { x, .. } = &series.shape { x.len() } else { 0 }).sum()
+        };
+        figure(kind, &[folder]).panels.iter().map(of_panel).collect()
+    };
+    assert_eq!(crosses(Kind::Landscape, one), [1, 1]);
+    assert_eq!(crosses(Kind::Landscape, two), [1, 1]);
+    assert!(crosses(Kind::Pareto, front).iter().all(|&count| count == 1));
+    assert_eq!(crosses(Kind::Pareto, pareto()).iter().sum::<usize>(), 0);
 }
 
 #[test]

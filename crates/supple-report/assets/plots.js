@@ -102,7 +102,7 @@ const supplePlots = (data) => {
     };
   }
 
-  function layoutOf(plot, view, width, height, size) {
+  function layoutOf(plot, view, width, height, size, tools) {
     const own = resolve(plot.layout, "");
     for (const [path, value] of Object.entries(view?.layout ?? {})) setPath(own, path, typeof value === "string" ? plain(value) : value);
     const colour = SuppleTheme.colour;
@@ -110,7 +110,8 @@ const supplePlots = (data) => {
       autosize: true, hovermode: "x unified", height,
       font: { family: "system-ui, sans-serif", size: size * (width < NARROW ? 11 : 13), color: colour("@ink") },
       paper_bgcolor: colour("@paper"), plot_bgcolor: colour("@paper"),
-      margin: { l: size * (width < NARROW ? 44 : 64), r: 12, t: 12, b: 44 * size },
+      margin: { l: size * (width < NARROW ? 44 : 64), r: tools ? 38 : 12, t: 12, b: 44 * size },
+      modebar: { orientation: "v" },
       legend: { orientation: "h", x: 0, y: 1.01, xanchor: "left", yanchor: "bottom" },
       hoverlabel: { bgcolor: colour("@paper"), font: { color: colour("@ink") } },
       ...own,
@@ -119,6 +120,12 @@ const supplePlots = (data) => {
       layout[key] = axis(layout[key]);
       // Logarithmic ticks at 1, 2 and 5 of a decade at most, as the texts of all nine would touch.
       if (key.startsWith("x") && layout[key].type === "log" && layout[key].tickvals === undefined) layout[key].nticks ??= 3;
+      const { title, domain = [0, 1] } = layout[key];
+      if (key.startsWith("y") && title.text) {
+        // No longer than the axis is high.
+        const room = (domain[1] - domain[0]) * (plot.height - 56) / (width < NARROW ? 6 : 7.2);
+        title.text = broken(title.text, Math.max(12, Math.floor(room)));
+      }
       if (layout[key].type === "category") {
         layout[key].dtick = 1;
         continue;
@@ -207,7 +214,9 @@ const supplePlots = (data) => {
       const most = Math.floor((width - 100 * size) / (size * (width < NARROW ? 6 : 7.2)));
       for (const trace of traces) if (trace.name) trace.name = broken(trace.name, Math.max(12, most));
       let height = Math.round(this.plot.height * size + legendHeight(traces, width, size));
-      const layout = layoutOf(this.plot, view, width, height, size);
+      // The tools are beside the plot, where they cover no entry of the legend.
+      const hidden = printing || width < NARROW;
+      const layout = layoutOf(this.plot, view, width, height, size, !hidden);
       layout.height = height = lay(traces, layout, width, height, size);
       if (printing) Object.assign(layout, { autosize: false, width });
       this.canvas.style.height = `${height}px`;
@@ -216,7 +225,7 @@ const supplePlots = (data) => {
       if (this.drawn && this.plot.traces.some((trace) => trace.type === "contour")) Plotly.purge(this.canvas);
       this.drawn = true;
       return Plotly.react(this.canvas, traces, layout, {
-        responsive: !printing, displaylogo: false, displayModeBar: printing || width < NARROW ? false : "hover",
+        responsive: !printing, displaylogo: false, displayModeBar: hidden ? false : "hover",
         modeBarButtonsToRemove: ["select2d", "lasso2d", "toImage"],
       });
     }

@@ -51,6 +51,21 @@ fn is_numeric(rows: &[Vec<String>], column: usize) -> bool {
     entries().next().is_some() && entries().all(starts)
 }
 
+/// A text whose names in backticks are set as code.
+pub fn with_code(text: &str) -> Markup {
+    let parts: Vec<&str> = text.split('`').collect();
+    html! {
+        @for (index, part) in parts.iter().enumerate() {
+            @match (index % 2, index + 1 < parts.len()) {
+                (1, true) => { code { (part) } }
+                // A backtick without its partner.
+                (1, false) => { "`" (part) }
+                _ => { (part) }
+            }
+        }
+    }
+}
+
 /// Words as strings.
 pub fn words<const N: usize>(list: [&str; N]) -> Vec<String> {
     list.map(str::to_owned).to_vec()
@@ -65,6 +80,12 @@ mod tests {
         let rows = [words(["a", "1.5", "N/m", ""]), words(["b", "−2", "", "–"])];
         let columns: Vec<bool> = (0..4).map(|column| is_numeric(&rows, column)).collect();
         assert_eq!(columns, [false, true, false, true]);
+    }
+
+    #[test]
+    fn names_in_backticks_are_code() {
+        let texts = ["at `<k>` of `d`", "no name", "5` more"].map(|text| with_code(text).into_string());
+        assert_eq!(texts, ["at <code>&lt;k&gt;</code> of <code>d</code>", "no name", "5` more"]);
     }
 
     #[test]

@@ -412,3 +412,49 @@ fn units_are_printed_alike_in_tables_texts_and_plots() {
         }
     }
 }
+
+/// Whoever asks for no optimum still gets an answer: the best of what was evaluated, what exceeds its limit, and a
+/// sentence for every study. Points whose plan misses a contact are no answer.
+#[test]
+fn without_a_search_the_answer_is_told_of_what_there_is() {
+    let task = task("two_mass.toml");
+    let phi = |k1: f64| {
+        let mut phi = task.phi.clone();
+        phi[0] = k1;
+        phi
+    };
+    let swept = || {
+        let axes = vec![Axis::parse("k1=80:200:3", &task).unwrap()];
+        let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+        supple_study::sweep::run(&task, &options, None, Watch::default()).unwrap()
+    };
+    let mut missing = swept();
+    let missed = missing.table.columns.iter().position(|column| column.name == "press.misses_contact").unwrap();
+    missing.table.rows[2][missed] = Cell::Number(1.0);
+    let mut front = front(&task);
+    if let StudyResult::Pareto(front) = &mut front {
+        front.points[2].warnings.push("it is missed".to_owned());
+    }
+    let all = page(&[
+        folder("soft", &task, evaluation(&task, &phi(100.0))),
+        folder("stiff", &task, evaluation(&task, &phi(500.0))),
+        folder("sweep", &task, StudyResult::Sweep(Box::new(swept()))),
+        folder("missing", &task, StudyResult::Sweep(Box::new(missing))),
+        folder("front", &task, front),
+        folder("trace", &task, trace(&task)),
+    ])
+    .unwrap();
+    let text = text(&all);
+    for told in [
+        "Of these 2 designs, stiff receives the least information within all cost limits: 474.54\u{a0}bits",
+        "In soft, the expected cost of press, 278.15, exceeds 250.",
+        "<a href=\"#landscape\">Sweep in sweep</a>: of 3 points, 1 within all cost limits",
+        "Sweep in missing</a>: no point can be recommended",
+        "Pareto front in front</a>: 3 designs, from 320.6 bits at a cost of 225 to 240.45 bits at a cost of 300; at 1 of them",
+        "Searches in trace</a>: 0 of 1 converged",
+        "Crosses: designs whose plan never makes a contact whose force a cost tracks.",
+    ] {
+        let told = told.replace('\u{a0}', " ");
+        assert!(text.contains(&told), "nothing of `{told}` in {}", text.split("<table").next().unwrap_or_default());
+    }
+}

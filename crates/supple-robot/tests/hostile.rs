@@ -78,6 +78,16 @@ fn what_is_likely_a_slip_is_a_warning() {
             "inertial of link `b`: its mass of 2 kg has the moments of inertia of a body many metres in size (radius of gyration \
              22.4 m); they must be in kg m^2, and lengths in m (line 4)",
         ),
+        (
+            "a centre of mass in mm",
+            PAIR.replace("<inertial>", "<inertial><origin xyz=\"0 0 150\"/>"),
+            "inertial of link `b`: its centre of mass is 150 m away from the origin of the link; lengths must be in m (line 4)",
+        ),
+        (
+            "a joint in mm",
+            PAIR.replace("1 2 3", "0 0 300"),
+            "joint `j`: it is 300 m away from the origin of its parent link; lengths must be in m (line 5)",
+        ),
     ] {
         assert_eq!(read(&text).unwrap().warnings, [expected], "{what}");
     }

@@ -25,7 +25,7 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 }
 
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess; if that is one constant row,
-/// also from multiples of it; if there are contacts to make or friction to overcome, also from a plan that has
+/// also from multiples of it; if it has none and enforces bounds or limits, also from controls that hold the first state; if there are contacts to make or friction to overcome, also from a plan that has
 /// approached them; and, if given, from the controls of a known plan, and of a `neighbour`, such as those of the plan at a
 /// nearby design.
 ///
@@ -65,6 +65,10 @@ pub fn best_plan(
             let controls = scaled.as_ref().unwrap_or(&guess);
             candidates.plan(problem, task, phi, Start { before: swept, ..Start::of(controls) }, state);
         }
+    }
+    // The law behind the first guess knows nothing of bounds and limits.
+    if !has_guess && (task.control_bounds.is_some() || task.system.constraints().is_some()) {
+        candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 1.0)), state);
     }
     if !has_guess && candidates.converged.is_none() {
         candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 0.0)), state);

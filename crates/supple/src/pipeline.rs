@@ -105,8 +105,8 @@ impl TaskState {
         }
     }
 
-    /// Plans a task at a design and finds its information and cost: from the task's own first guess, or from the
-    /// given controls.
+    /// Plans a task at a design and finds its information and cost: from the given controls, or else from the task's own
+    /// first guess, or, if it has none, from one near its first state (theory, equation P.3b).
     ///
     /// # Errors
     /// Where something is not finite or a covariance is indefinite. How the plan ended is in its status.
@@ -172,8 +172,16 @@ impl TaskState {
         settings: &PlanSettings,
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
+        let asked = Asked { settings, patience: Patience::Full };
+        if controls.is_none() && task.initial_control.is_empty() {
+            let found = self.first_guess(task, phi);
+            self.plan_with(task.at(phi), asked, &found)?;
+            // The first guess takes a sweep.
+            self.plan.iterations += 1;
+            return Ok(());
+        }
         task.write_guess(phi, controls, &mut self.plan.trajectory);
-        self.plan_from_guess(task.at(phi), Asked { settings, patience: Patience::Full })
+        self.plan_from_guess(task.at(phi), asked)
     }
 
     /// Like [`plan_only`](Self::plan_only) from given controls, with the given patience.

@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use supple::simulate::Rollouts;
+use supple::{Trust, Verdict};
 use supple_study::Folder;
 use supple_study::controller::{At, ControllerFormat, ExportedController, check_out};
 
@@ -41,12 +42,18 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
         warn(&format!("the plan of task `{task}` has status {status}; its controller may not track the plan"));
         outcome = Outcome::Shortfall;
     }
-    if exported.is_broken {
-        warn(&format!(
-            "roll-outs contradict the plan of task `{}`: its controller does not perform as predicted",
-            exported.task.name
-        ));
-        outcome = Outcome::Shortfall;
+    let task = &exported.task.name;
+    match &exported.trust {
+        Some(Trust { verdict: Verdict::Broken, .. }) => {
+            warn(&format!(
+                "roll-outs contradict the plan of task `{task}`: its controller does not perform as predicted"
+            ));
+            outcome = Outcome::Shortfall;
+        }
+        Some(doubtful @ Trust { verdict: Verdict::Doubtful, .. }) => {
+            warn(&format!("the roll-outs of task `{task}` leave its predictions {doubtful}"));
+        }
+        _ => {}
     }
     Ok(outcome)
 }

@@ -4,7 +4,7 @@ use supple::bound::{SensorWindow, TaskBound};
 use supple_study::About;
 use supple_study::bound::{BoundStudy, Curve};
 
-use crate::tables::{Rows, align_right, heading, number, table};
+use crate::tables::{Rows, align_right, heading, number, table, with_unit};
 
 /// Directions of the virtual sensor shown per time window.
 const SHOWN: usize = 2;
@@ -138,7 +138,7 @@ fn window_rows(rows: &mut Rows, window: &SensorWindow, task: &TaskBound) {
             first(at.clone()),
             number(direction.bits),
             direction.text.clone(),
-            format!("{} {}", number(direction.deviation), direction.unit).trim_end().to_owned(),
+            with_unit(direction.deviation, &direction.unit),
         ]);
     }
 }

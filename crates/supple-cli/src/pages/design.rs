@@ -11,7 +11,7 @@ use supple_study::{About, AboutTask};
 use super::ends::at_bounds;
 use super::evaluation::{above_limit, excess, limit_lines, minima, prices, reached_lines};
 use super::next;
-use crate::tables::{Rows, align_right, heading, number, percent, table};
+use crate::tables::{Rows, align_right, heading, number, percent, signed, table};
 use crate::{catalogue, contacts, informations, split, trust};
 
 /// How far a stopped search got; `None` if it was not stopped, or no start had finished.
@@ -112,9 +112,9 @@ fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [S
     let (mut bits, mut costs) = (0.0, Vec::new());
     for (task, gradient) in about.tasks.iter().zip(gradients) {
         bits += task.information_weight * gradient.information_nats.0[index].1 / std::f64::consts::LN_2;
-        costs.push(format!("{:+.3}", gradient.expected_cost.0[index].1 * value * 0.01));
+        costs.push(signed(gradient.expected_cost.0[index].1 * value * 0.01));
     }
-    [format!("{:+.3} bits", bits * value * 0.01), costs.join(", ")]
+    [format!("{} bits", signed(bits * value * 0.01)), costs.join(", ")]
 }
 
 fn verdict(about: &About, report: &DesignReport) -> String {

@@ -9,7 +9,7 @@ use supple_study::About;
 use supple_study::design::DesignReport;
 
 use super::next;
-use crate::tables::{Rows, align_right, heading, number, table};
+use crate::tables::{Rows, align_right, count, heading, number, signed, table, with_unit};
 use crate::{contacts, informations, trust};
 use supple_text::short;
 
@@ -81,7 +81,8 @@ fn number_rows(at: &Evaluation, task: &TaskEvaluation) -> Rows {
         let interval = sampled.cost_interval_95.map_or_else(String::new, |of| format!("{}, ", trust::between(of)));
         let above = above_limit(task).map_or_else(String::new, |above| format!("; {above}"));
         let MonteCarlo { rollouts, difference, .. } = sampled;
-        let note = format!("{interval}{rollouts} roll-outs, {difference:+.4} from the expected{above}");
+        let difference = signed(*difference);
+        let note = format!("{interval}{rollouts} roll-outs, {difference} from the expected{above}");
         rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
     }
     for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {
@@ -124,20 +125,21 @@ pub(super) fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
 
 /// A line for each limit that the plan of a task violates.
 pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
-    let line = |LimitViolation { name, worst, limit, step, steps }: &LimitViolation| {
+    let line = |LimitViolation { name, unit, worst, limit, step, steps }: &LimitViolation| {
         let side = if worst > limit { "above" } else { "below" };
-        let steps = if *steps == 1 { "1 step".into() } else { format!("{steps} steps") };
-        format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), number(*limit))
+        let steps = count(*steps, "step");
+        format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), with_unit(*limit, unit))
     };
     first_lines(task.limits_violated.iter().map(line))
 }
 
 /// A line for each limit that the plan of a task is held at.
 pub(super) fn reached_lines(task: &TaskEvaluation) -> String {
-    let line = |LimitReached { name, limit, upper, step, steps, price }: &LimitReached| {
+    let line = |LimitReached { name, unit, limit, upper, step, steps, price }: &LimitReached| {
         let side = if *upper { "at most" } else { "at least" };
         let steps = if *steps == 1 { format!("step {step}") } else { format!("{steps} steps from {step}") };
-        format!("    {name} {side} {} ({steps}); +1 lowers the cost by {}\n", number(*limit), number(*price))
+        let (limit, price) = (with_unit(*limit, unit), number(*price));
+        format!("    {name} {side} {limit} ({steps}); +1 lowers the cost by {price}\n")
     };
     first_lines(task.limits_reached.iter().map(line))
 }

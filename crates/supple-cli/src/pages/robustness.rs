@@ -4,7 +4,7 @@ use supple::design::DesignStatus;
 use supple_study::About;
 use supple_study::robustness::{Comparison, Paired, PlannedFor, RobustCell, RobustDesign, Robustness};
 
-use crate::tables::{align_right, heading, number, table, title};
+use crate::tables::{align_right, heading, number, table, title, with_unit};
 
 /// p-values below this count as significant.
 const SIGNIFICANT: f64 = 0.05;
@@ -62,13 +62,11 @@ fn designs(about: &About, study: &Robustness) -> String {
 fn planning(study: &Robustness, planned_for: PlannedFor) -> String {
     let name = &study.options.vary.parameter;
     match planned_for {
-        PlannedFor::Nominal => format!("planned for the nominal {name} = {}", with_unit(study, study.nominal)),
+        PlannedFor::Nominal => {
+            format!("planned for the nominal {name} = {}", with_unit(study.nominal, &study.options.vary.unit))
+        }
         PlannedFor::Truth => format!("planned for the true {name}"),
     }
-}
-
-fn with_unit(study: &Robustness, value: f64) -> String {
-    format!("{} {}", number(value), study.options.vary.unit).trim_end().to_owned()
 }
 
 fn costs(study: &Robustness, task: usize, planned_for: PlannedFor) -> String {
@@ -119,14 +117,14 @@ fn comparison(study: &Robustness, comparison: &Comparison) -> String {
     let mut text = format!(
         "From {name} = {} to {} the cost of {design} grows by {:.2}, the cost of {other} by {:.2}: {}.\n",
         number(least),
-        with_unit(study, greatest),
+        with_unit(greatest, &study.options.vary.unit),
         growths[0],
         growths[1],
         verdict(&growth, ["less", "more"])
     );
     if at_greatest.difference.is_finite() {
         let verdict = verdict(at_greatest, ["cheaper", "more expensive"]);
-        let _ = writeln!(text, "  At {} {design} is {verdict}.", with_unit(study, greatest));
+        let _ = writeln!(text, "  At {} {design} is {verdict}.", with_unit(greatest, &study.options.vary.unit));
     }
     text
 }
@@ -172,7 +170,7 @@ fn problems(about: &About, study: &Robustness) -> String {
             about.tasks[cell.task].name,
             planning(study, cell.planned_for),
             study.options.vary.parameter,
-            with_unit(study, study.options.vary.values[cell.level])
+            with_unit(study.options.vary.values[cell.level], &study.options.vary.unit)
         );
         let _ = match &cell.error {
             Some(error) => writeln!(page, "{place}: failed: {error}"),

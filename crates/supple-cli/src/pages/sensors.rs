@@ -130,16 +130,16 @@ fn certificate(study: &Sensors) -> String {
             ),
         };
     }
-    let _ = writeln!(text, "{tried} sensor sets and branch-and-bound regions were evaluated.");
+    let _ = writeln!(text, "{}", effort(tried, search));
     text
 }
 
 /// How far from the least price the greedy one can be.
 fn of_prices(study: &Sensors) -> String {
-    let Certificate { bound, searched_bound, proved, tried, .. } = study.certificate;
+    let Certificate { bound, search, searched_bound, proved, tried, .. } = study.certificate;
     let price = study.greedy.as_ref().map_or(study.chosen.price, |greedy| greedy.price);
     if price <= 0.0 {
-        return format!("No sensors are required: the limit is met without any.\n{tried} sets and regions were tried.");
+        return format!("No sensors are required: the limit is met without any.\n{}", effort(tried, search));
     }
     let above =
         |bound: f64| if bound > 0.0 { format!("{:.4} times", price / bound) } else { "any multiple of".to_owned() };
@@ -148,5 +148,11 @@ fn of_prices(study: &Sensors) -> String {
         let how = if proved { "The search proves" } else { "The search, which was not finished, shows" };
         let _ = write!(text, " {how} at most {}.", above(searched));
     }
-    text + &format!("\n{tried} sets and regions were tried.")
+    format!("{text}\n{}", effort(tried, search))
+}
+
+/// What the searches took: each may have evaluated the same sets as others.
+fn effort(tried: usize, search: Option<Search>) -> String {
+    let regions = if search == Some(Search::BranchAndBound) { " and branch-and-bound regions" } else { "" };
+    format!("All searches together took {tried} evaluations of sensor sets{regions}.")
 }

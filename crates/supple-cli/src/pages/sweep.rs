@@ -2,10 +2,10 @@ use std::fmt::Write;
 use std::path::Path;
 
 use supple_study::JOURNAL;
-use supple_study::sweep::{Sweep, TABLE_CSV, TABLE_JSONL, misses_contact};
+use supple_study::sweep::{LeastPoint, Sweep, TABLE_CSV, TABLE_JSONL, misses_contact};
 use supple_study::{About, Cell, Column, RESULT};
 
-use crate::tables::{align_right, heading, number, table, title};
+use crate::tables::{self, align_right, heading, number, table, title, with_unit};
 
 /// Rows that are shown at the beginning and at the end of a table that is longer than both.
 const FIRST: usize = 15;
@@ -115,11 +115,11 @@ fn missed_contacts(sweep: &Sweep) -> String {
     let of_task = |column: &Column| {
         let task = misses_contact(column)?;
         let count = sweep.table.numbers(&column.name)?.into_iter().filter(|&missed| missed == 1.0).count();
-        let points = if count == 1 { "1 point".to_owned() } else { format!("{count} points") };
         (count > 0).then(|| {
             format!(
-                "Warning: at {points} the plan of {task} never makes a contact whose force a cost tracks: see the \
+                "Warning: at {} the plan of {task} never makes a contact whose force a cost tracks: see the \
                  column `{}`.\n",
+                tables::count(count, "point"),
                 column.name
             )
         })
@@ -127,49 +127,28 @@ fn missed_contacts(sweep: &Sweep) -> String {
     sweep.table.columns.iter().filter_map(of_task).collect()
 }
 
-/// Whether the plans of each point make all contacts whose force a cost tracks.
-fn contacts_made(sweep: &Sweep) -> Vec<bool> {
-    let mut made = vec![true; sweep.table.rows.len()];
-    for column in sweep.table.columns.iter().filter(|column| misses_contact(column).is_some()) {
-        for (made, missed) in made.iter_mut().zip(sweep.table.numbers(&column.name).unwrap_or_default()) {
-            *made &= missed != 1.0;
-        }
-    }
-    made
-}
-
 /// How many points there are, how many failed, and where the least information is.
 fn summary(sweep: &Sweep) -> String {
     let (rows, failed) = (&sweep.table.rows, failed(sweep));
-    let points = if rows.len() == 1 { "1 point".to_owned() } else { format!("{} points", rows.len()) };
+    let points = tables::count(rows.len(), "point");
     let mut text = match failed {
         0 => format!("{points}, all evaluated.\n"),
         _ => format!("{points}; {failed} could not be evaluated: see the column `error`.\n"),
     };
-    let [bits, feasible] = ["information_bits", "feasible"].map(|name| sweep.table.numbers(name).unwrap_or_default());
-    let touches = contacts_made(sweep);
-    let misses = touches.contains(&false);
-    let meets = |point: &usize| feasible[*point] == 1.0 && touches[*point];
-    let least = |points: &mut dyn Iterator<Item = usize>| {
-        points.filter(|&point| bits[point].is_finite()).min_by(|&a, &b| bits[a].total_cmp(&bits[b]))
-    };
-    let among = least(&mut (0..rows.len()).filter(meets));
-    match among.or_else(|| least(&mut (0..rows.len()))) {
-        Some(point) => {
+    let misses = sweep.contacts_made().contains(&false);
+    match sweep.least() {
+        Some(LeastPoint { row, bits, among }) => {
             let values = sweep.options.axes.iter().filter_map(|axis| {
-                let value = number(sweep.table.numbers(&axis.parameter)?[point]);
-                Some(format!("{} = {value} {}", axis.parameter, axis.unit).trim_end().to_owned())
+                let value = sweep.table.numbers(&axis.parameter)?[row];
+                Some(format!("{} = {}", axis.parameter, with_unit(value, &axis.unit)))
             });
             let values: Vec<String> = values.collect();
-            let count = (0..rows.len()).filter(meets).count();
             let [make, makes] = if misses { [" and make their contacts", " and makes its contacts"] } else { ["", ""] };
             let what = match among {
-                Some(_) => format!("Least information among the {count} that are within all cost limits{make}"),
-                None => {
-                    format!("No point with converged plans is within all cost limits{makes}. Least information")
-                }
+                0 => format!("No point with converged plans is within all cost limits{makes}. Least information"),
+                _ => format!("Least information among the {among} that are within all cost limits{make}"),
             };
-            let _ = writeln!(text, "{what}: {} bits at {}.", number(bits[point]), values.join(", "));
+            let _ = writeln!(text, "{what}: {} bits at {}.", number(bits), values.join(", "));
         }
         None => text.push_str("There is no information to compare.\n"),
     }

@@ -49,7 +49,7 @@ pub fn trace_page(about: &About, study: &Trace) -> String {
     }
     for run in &study.runs {
         if let Some(error) = &run.error {
-            let _ = writeln!(page, "{} {}, start {}: {error}", run.method, run.gradient, run.start);
+            let _ = writeln!(page, "{} {}, start {}: {error}", run.method, run.gradient, run.start + 1);
         }
     }
     page
@@ -104,7 +104,7 @@ fn best(study: &Trace) -> String {
         number(least / std::f64::consts::LN_2),
         best.method,
         best.gradient,
-        best.start,
+        best.start + 1,
         study.runs.len(),
         100.0 * SAME_END,
         study.options.seed

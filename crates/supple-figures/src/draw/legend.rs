@@ -28,7 +28,9 @@ struct Entry {
 impl Entry {
     /// Length of its sample, pt.
     fn sample(&self) -> f64 {
-        let narrow = |series: &Series| matches!(series.shape, Shape::Points { .. } | Shape::Vertical { .. });
+        let narrow = |series: &Series| {
+            matches!(series.shape, Shape::Points { .. } | Shape::Vertical { .. } | Shape::Bars { .. })
+        };
         if self.series.iter().all(narrow) { SAMPLE / 2.5 } else { SAMPLE }
     }
 }

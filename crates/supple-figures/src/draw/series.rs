@@ -199,6 +199,7 @@ fn markers(canvas: &mut Canvas, places: &[Place], style: &Style) {
             Marker::Triangle => polygon(canvas, (x, y), 3, 90.0, &[1.4], paint),
             Marker::Diamond => polygon(canvas, (x, y), 4, 90.0, &[1.4], paint),
             Marker::Star => polygon(canvas, (x, y), 10, 90.0, &[2.1, 0.9], paint),
+            Marker::Cross => polygon(canvas, (x, y), 8, 45.0, &[2.2, 0.8], paint),
         }
     }
 }

@@ -1,10 +1,11 @@
 use supple::parameters::Scale;
 use supple_study::sweep::{Axis as SweepAxis, Sweep};
 use supple_study::{Folder, StudyResult};
+use supple_text::capitalised;
 
 use super::grouping::grouped;
 use super::overlay::{Spot, Track, tracks};
-use super::results::{NATS, content, lacking, task_index};
+use super::results::{MISSES_CONTACT, NATS, content, lacking, misses_contact, of_task, task_index};
 use crate::draw::step;
 use crate::figure::{Axis, Colour, Dash, Figure, Grid, Map, Marker, Panel, Series, Shape, Style, Values};
 use crate::{FigureError, words};
@@ -19,13 +20,6 @@ enum Quantity {
 impl Quantity {
     const ALL: [Self; 2] = [Self::Information, Self::Cost];
 
-    fn title(self) -> &'static str {
-        match self {
-            Self::Information => "Directed information (bits)",
-            Self::Cost => "Expected cost",
-        }
-    }
-
     fn of(self, spot: &Spot) -> f64 {
         match self {
             Self::Information => spot.bits,
@@ -35,7 +29,8 @@ impl Quantity {
 }
 
 /// Information and expected cost over the one or two parameters of a sweep. The line on which the cost is at its bound
-/// is drawn on both, and so are paths of traces, starts and optima of designs, and fronts, where they are given.
+/// is drawn on both, and so are paths of traces, starts and optima of designs, and fronts, where they are given. Crosses
+/// mark points whose plans never make a contact whose force a cost tracks.
 ///
 /// Of a trace, the path goes through the designs that are better than all before them.
 ///
@@ -89,7 +84,9 @@ pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figur
     let about = &folder.made.about.tasks[index];
     let [bits, costs] = columns(folder, sweep, task, &about.name)?;
     let tracks = tracks(folders, &about.name, task.is_some())?;
-    let view = View { folder, sweep, bits, costs, bound: about.bound, tracks };
+    let untouched = sweep.contacts_made().into_iter().map(|made| !made).collect();
+    let cost = of_task("expected cost", folder, index);
+    let view = View { folder, sweep, bits, costs, cost, untouched, bound: about.bound, tracks };
     let axes: Vec<&SweepAxis> = sweep.options.axes.iter().filter(|axis| axis.values.len() > 1).collect();
     let (panels, aspect) = match axes[..] {
         [axis] => (view.curves(axis)?, [0.5, 0.62]),
@@ -103,7 +100,7 @@ pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figur
         }
     };
     let names: Vec<String> = axes.iter().map(|axis| words::name(&axis.parameter)).collect();
-    let marks = ["optimum", "initial design", "Pareto front", "end", "start"].map(str::to_owned);
+    let marks = [MISSES_CONTACT, "optimum", "initial design", "Pareto front", "end", "start"].map(str::to_owned);
     let important: Vec<String> = about.bound.map(bound_label).into_iter().chain(marks).collect();
     let figure = Figure {
         name: "landscape".into(),
@@ -134,6 +131,10 @@ struct View<'a> {
     sweep: &'a Sweep,
     bits: Vec<f64>,
     costs: Vec<f64>,
+    /// What the costs are.
+    cost: String,
+    /// Whether a plan of a point never makes a contact whose force a cost tracks.
+    untouched: Vec<bool>,
     bound: Option<f64>,
     tracks: Vec<Track>,
 }
@@ -166,12 +167,13 @@ impl View<'_> {
             if let (Quantity::Cost, Some(y)) = (quantity, self.bound) {
                 series.insert(0, Series::named(bound_label(y), bound_style(), Shape::Horizontal { y }));
             }
+            series.extend(self.without_contact(&at, self.values(quantity)));
             let place = |spot: &Spot| (spot.at(&axis.parameter), quantity.of(spot));
             series.extend(self.tracks.iter().flat_map(|track| track.series(&place)));
             let all: Vec<f64> = series.iter().flat_map(Series::ordinates).collect();
             let (label, unit) = match quantity {
                 Quantity::Information => ("directed information", "bits"),
-                Quantity::Cost => ("expected cost", ""),
+                Quantity::Cost => (&*self.cost, ""),
             };
             Panel { title: String::new(), x: axis_of(axis), y: Axis::around(label, unit, tall(&all), &all), series }
         };
@@ -191,11 +193,23 @@ impl View<'_> {
                 let shape = Shape::Contour { grid: cost.clone(), level };
                 series.push(Series::named(bound_label(level), Style { rim: true, ..bound_style() }, shape));
             }
+            series.extend(self.without_contact(&self.along(x)?, &self.along(y)?));
             let place = |spot: &Spot| (spot.at(&x.parameter), spot.at(&y.parameter));
             series.extend(self.tracks.iter().flat_map(|track| track.series(&place)));
-            panels.push(Panel { title: quantity.title().into(), x: axis_of(x), y: axis_of(y), series });
+            let title = match quantity {
+                Quantity::Information => "Directed information (bits)".into(),
+                Quantity::Cost => capitalised(&self.cost),
+            };
+            panels.push(Panel { title, x: axis_of(x), y: axis_of(y), series });
         }
         Ok(panels)
+    }
+
+    /// Crosses where plans miss contacts, by the coordinates of all points.
+    fn without_contact(&self, x: &[f64], y: &[f64]) -> Option<Series> {
+        let missed = || self.untouched.iter().enumerate().filter(|(_, missed)| **missed).map(|(row, _)| row);
+        let of = |values: &[f64]| missed().map(|row| values[row]).collect::<Vec<_>>();
+        missed().next().map(|_| misses_contact(of(x), of(y)))
     }
 
     /// Rows of the table by the values of two axes.
@@ -255,7 +269,10 @@ fn ends(values: &[f64]) -> (f64, f64) {
 /// Where colours change: about ten round values; by ratios where the values spread over more than a decade.
 fn levels(values: &[f64]) -> Vec<f64> {
     let (low, high) = ends(values);
-    if low >= high || !(high - low).is_finite() {
+    if low == high {
+        return vec![low];
+    }
+    if low > high || !(high - low).is_finite() {
         return Vec::new();
     }
     if low > 0.0 && high / low > 15.0 {
@@ -282,7 +299,8 @@ mod tests {
     fn levels_are_round_and_within() {
         assert_eq!(levels(&[20.0, 31.0, f64::NAN]), [21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 30.0]);
         assert_eq!(levels(&[1.5, 900.0]), [2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0]);
-        assert!(levels(&[3.0, 3.0]).is_empty() && levels(&[f64::NAN]).is_empty());
+        assert_eq!(levels(&[3.0, 3.0]), [3.0], "the colour bar tells a constant");
+        assert!(levels(&[f64::NAN]).is_empty());
     }
 
     #[test]

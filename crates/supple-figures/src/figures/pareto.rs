@@ -3,7 +3,7 @@ use supple_study::pareto::{Pareto, ParetoPoint};
 use supple_study::{Folder, StudyResult};
 
 use super::grouping::grouped;
-use super::results::{NATS, folder_name, lacking, task_index};
+use super::results::{NATS, folder_name, lacking, misses_contact, task_index};
 use crate::figure::{Axis, Colour, Dash, Figure, Grid, Marker, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
 
@@ -23,7 +23,8 @@ struct Front<'a> {
 /// Information against expected cost along a front, or against the factor of all bounds where there are several tasks
 /// and none is named; below it the design parameters, of which the first six are shown.
 ///
-/// Points whose search did not converge have white markers.
+/// Points whose search did not converge have white markers; crosses mark those whose plans never make a contact whose force
+/// a cost tracks.
 ///
 /// # Errors
 /// Where there is no front, or no task of the name.
@@ -160,6 +161,11 @@ fn panel(
                 Style { filled: false, ..marked },
                 Shape::Points { x, y },
             ));
+        }
+        let untouched: Vec<&ParetoPoint> = all.into_iter().filter(|point| !point.warnings.is_empty()).collect();
+        if !untouched.is_empty() {
+            let (x, y) = of(&untouched);
+            series.push(misses_contact(x, y));
         }
     }
     let all: Vec<f64> = series.iter().flat_map(Series::ordinates).collect();

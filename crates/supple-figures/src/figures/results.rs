@@ -5,6 +5,7 @@ use supple::{Evaluation, TaskEvaluation};
 use supple_study::{Folder, StudyResult};
 
 use crate::FigureError;
+use crate::figure::{Colour, Marker, Series, Shape, Style};
 
 /// Nats in a bit.
 pub const NATS: f64 = std::f64::consts::LN_2;
@@ -42,6 +43,14 @@ pub fn content(folder: &Folder, message: impl Into<String>) -> FigureError {
     FigureError::Content { folder: folder.path.display().to_string(), message: message.into() }
 }
 
+/// What marks points whose plans never make a contact whose force a cost tracks.
+pub const MISSES_CONTACT: &str = "contact never made";
+
+/// Marks of such points.
+pub fn misses_contact(x: Vec<f64>, y: Vec<f64>) -> Series {
+    Series::named(MISSES_CONTACT, Style::points(Colour::Vermilion, Marker::Cross), Shape::Points { x, y })
+}
+
 /// The index of a task among those of a folder: of the named one, or else the first.
 pub fn task_index(folder: &Folder, task: Option<&str>) -> Result<usize, FigureError> {
     let tasks = &folder.made.about.tasks;
@@ -72,6 +81,7 @@ pub fn designs<'a>(
                 (Some(name), false) => name.to_owned(),
                 (Some(name), true) => format!("{}: {name}", folder_name(folder)),
             };
+            let design = if evaluation.tasks.len() > 1 { format!("{design}, {}", task.name) } else { design };
             shown.push(Shown { design, task, trajectory });
         }
     }

@@ -97,11 +97,15 @@ impl View<'_> {
     /// All lines of a panel: quantiles below, then means, then theory.
     fn series(&self, planned: PlannedFor) -> Vec<Series> {
         let designs = 0..self.study.designs.len();
+        // For the legend alone: the bars are in the designs' colours.
+        let interval = Shape::Bars { x: Vec::new(), low: Vec::new(), high: Vec::new() };
+        let interval = Series::named("95 % interval of the mean", Style::line(Colour::Black), interval);
         let nominal = Style { dash: Dash::Dotted, width: 0.8, ..Style::line(Colour::Grey) };
         let label = "nominal noise";
         let mut series = vec![Series::named(label, nominal, Shape::Vertical { x: self.study.nominal })];
         series.extend(designs.clone().map(|design| self.quantiles(design, planned)));
         series.extend(designs.clone().flat_map(|design| self.means(design, planned)));
+        series.push(interval);
         series.extend(designs.filter_map(|design| self.expected(design, planned)));
         series
     }

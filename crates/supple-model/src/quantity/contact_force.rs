@@ -58,7 +58,8 @@ impl Measurable for ContactForce {
     }
 
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
-        vec![vocabulary.contact_channel(self.signal, "normal force", "N")]
+        let name = if self.smoothing.is_some() { "smoothed normal force" } else { "normal force" };
+        vec![vocabulary.contact_channel(self.signal, name, "N")]
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {

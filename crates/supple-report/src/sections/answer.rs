@@ -8,8 +8,9 @@ use supple_study::design::DesignReport;
 use supple_text::capitalised;
 
 use super::Context;
+use super::headlines::{Headline, headlines};
 use super::warnings::{limits, warnings};
-use crate::html::{heading, table, words};
+use crate::html::{heading, table, with_code, words};
 use crate::numbers::{bits, change, labelled, number, unit, with_unit};
 use crate::part::{Part, end_name};
 use crate::words::{count, list};
@@ -19,7 +20,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     let part = context.part;
     let searches = part.searches();
     let evaluations = part.evaluations();
-    let warnings = warnings(part);
+    let (studies, warnings) = (headlines(part), warnings(part));
     Some(html! {
         p { (asked(part)) }
         @for (folder, report) in &searches {
@@ -32,15 +33,20 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             (evaluated(part, &evaluations, if searches.is_empty() { "Evaluated designs" } else { "Other designs" }))
         }
         @if searches.is_empty() && evaluations.is_empty() {
-            p {
-                "No single design of this task was optimised or evaluated; the sections below are studies over many "
-                "designs."
+            p { "No single design of this task was optimised or evaluated." }
+        }
+        @if !studies.is_empty() {
+            p { "Studies over many designs:" }
+            ul {
+                @for Headline { section, what, text } in &studies {
+                    li { a href=(format!("#{}{section}", context.prefix)) { (what) } ": " (text) }
+                }
             }
         }
         @if !warnings.is_empty() {
             div.warnings {
                 p { strong { "Warnings" } }
-                ul { @for warning in &warnings { li { (warning) } } }
+                ul { @for warning in &warnings { li { (with_code(warning)) } } }
                 @if let Some(limits) = limits(part) { (limits) }
             }
         }
@@ -358,6 +364,43 @@ fn changes(split: &[Split]) -> Markup {
     table("Where the change of measured information comes from (theory, equation G.10)", &head, &rows)
 }
 
+/// Which evaluated design needs the least information within all cost limits, and which limits the others miss.
+fn best_of(part: &Part, evaluations: &[(&str, &Evaluation)]) -> String {
+    let bits = |at: &Evaluation| at.objective.information_bits;
+    let feasible = evaluations.iter().filter(|(_, at)| at.feasible);
+    let best = feasible.min_by(|(_, a), (_, b)| bits(a).total_cmp(&bits(b)));
+    let mut text = match (best, evaluations) {
+        (Some((_, at)), [_]) => {
+            let limited = at.tasks.iter().any(|task| task.cost.bound.is_some());
+            let within = if limited { "all cost limits are met" } else { "there is no cost limit" };
+            format!("The controller receives {} bits; {within}.", number(bits(at)))
+        }
+        (Some((folder, at)), _) => {
+            let (number_of, bits, values) = (evaluations.len(), number(bits(at)), part.describe(&at.parameters));
+            let values = if values.is_empty() { String::new() } else { format!(" at {}", list(&values)) };
+            format!(
+                "Of these {number_of} designs, {folder} receives the least information within all cost limits: {bits} bits{values}."
+            )
+        }
+        (None, [_]) => "The design is not within all limits with a plan that converged.".into(),
+        (None, _) => "No design is within all limits with a plan that converged.".into(),
+    };
+    for (folder, at) in evaluations {
+        for task in &at.tasks {
+            let cost = number(task.cost.expected);
+            if let Some(bound) = at.missed_bound(task) {
+                text +=
+                    &format!(" In {folder}, the expected cost of {}, {cost}, exceeds {}.", task.name, number(bound));
+            }
+        }
+        if let (Some(budget), Some(price)) = (at.exceeded_budget(), &at.price) {
+            text +=
+                &format!(" In {folder}, the price, {}, exceeds the budget of {}.", number(price.total), number(budget));
+        }
+    }
+    text
+}
+
 /// Designs that no search found.
 fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)], title: &str) -> Markup {
     let mut head = words(["design", "parameters", "information, bits"]);
@@ -391,6 +434,7 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)], title: &str) -> M
         .iter()
         .flat_map(|(folder, at)| at.tasks.iter().filter_map(move |task| trust(&format!("in {folder}"), task)));
     html! {
+        p.result { (best_of(part, evaluations)) }
         (table(title, &head, &rows))
         @for text in trusted { p { (text) } }
     }

@@ -70,5 +70,5 @@ pub fn in_words(design: &str, contacts: &[ContactReport]) -> Option<String> {
         _ => format!("never touches {}", contact.name),
     };
     let all: Vec<String> = contacts.iter().map(one).collect();
-    (!all.is_empty()).then(|| format!("{design} {}.", list(&all)))
+    (!all.is_empty()).then(|| format!("{design}: {}.", list(&all)))
 }

@@ -59,6 +59,37 @@ struct Quantity {
     bound: Option<f64>,
 }
 
+impl Quantity {
+    /// Its name with its unit; costs have none.
+    fn title(&self) -> String {
+        labelled(&self.name, if self.place == 0 { self.unit } else { "" })
+    }
+}
+
+/// The points of a sweep whose plans never make a contact whose force a cost tracks, with their values of these quantities.
+fn without_contact(sweep: &Sweep, quantities: &[Quantity]) -> Mark {
+    let axes = &sweep.options.axes;
+    let columns: Vec<_> = axes.iter().map(|axis| sweep.table.numbers(&axis.parameter).unwrap_or_default()).collect();
+    let (mut points, mut heights) = (Vec::new(), Vec::new());
+    for row in sweep.contacts_made().into_iter().enumerate().filter(|(_, made)| !made).map(|(row, _)| row) {
+        let value = |axis: usize| columns.get(axis).map_or(0.0, |column| column[row]);
+        let place = |axis: usize| axes.get(axis).map_or(Some(0), |axis_of| nearest(&axis_of.values, value(axis)));
+        let (Some(column), Some(line)) = (place(0), place(1)) else { continue };
+        points.push([value(0), value(1)]);
+        heights.push(quantities.iter().map(|quantity| quantity.values[line][column]).collect());
+    }
+    let name = "contact never made".into();
+    Mark { name, group: None, first: true, points, heights, symbol: "x", colour: "@2".into() }
+}
+
+/// What a caption says of the points where a contact is missed.
+fn crosses(missed: &Mark) -> &'static str {
+    if missed.points.is_empty() {
+        return "";
+    }
+    " Crosses: designs whose plan never makes a contact whose force a cost tracks."
+}
+
 /// Information, and the cost of every task. A table in which points are missing has gaps.
 fn quantities(part: &Part, sweep: &Sweep) -> Vec<Quantity> {
     let axes = &sweep.options.axes;
@@ -151,13 +182,19 @@ fn curves(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
     let axes = &sweep.options.axes;
     let x = plots.arrays.exact(&axes[0].values);
     let (mut traces, mut views) = (Vec::new(), Vec::new());
-    for quantity in quantities(part, sweep) {
+    let quantities = quantities(part, sweep);
+    let missed = without_contact(sweep, &quantities);
+    let is_missed = |value: &f64| missed.points.iter().any(|at| nearest(&[at[0]], *value).is_some());
+    let (symbols, sizes): (Vec<_>, Vec<_>) =
+        axes[0].values.iter().map(|value| if is_missed(value) { ("x", 9) } else { ("circle", 5) }).unzip();
+    for quantity in quantities {
         let mut view = View { name: quantity.name.clone(), alternative: least(&quantity, axes), ..Default::default() };
         view.layout.insert("yaxis.title.text".into(), quantity.unit.into());
         view.traces.push(traces.len());
         traces.push(json!({
             "type": "scatter", "mode": "lines+markers", "name": quantity.name, "x": x,
-            "y": plots.arrays.exact(&quantity.values[0]), "line": { "color": "@1", "width": 2 }, "marker": { "size": 5 },
+            "y": plots.arrays.exact(&quantity.values[0]), "line": { "color": "@1", "width": 2 },
+            "marker": { "size": sizes, "symbol": symbols },
         }));
         if let (Some(bound), [from, .., to]) = (quantity.bound, &axes[0].values[..]) {
             view.traces.push(traces.len());
@@ -172,7 +209,7 @@ fn curves(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
     plots.add(Plot {
         title: format!("Information and cost over {}{suffix}", axes[0].parameter),
         alternative,
-        caption: "Gaps: designs that could not be evaluated.".into(),
+        caption: format!("Gaps: designs that could not be evaluated.{}", crosses(&missed)),
         height: 380,
         traces,
         layout: json!({ "xaxis": axis_layout(&axes[0]), "yaxis": { "title": { "text": "" } } }),
@@ -184,7 +221,9 @@ fn curves(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
 fn planes(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup {
     let axes = &sweep.options.axes;
     let quantities = quantities(part, sweep);
-    let marks = marks(part, axes);
+    let missed = without_contact(sweep, &quantities);
+    let mut marks = marks(part, axes);
+    marks.extend((!missed.points.is_empty()).then_some(missed.clone()));
     let pieces: Vec<Markup> = quantities
         .iter()
         .map(|quantity| {
@@ -208,13 +247,15 @@ fn planes(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
             };
             let views = vec![view("Contours", (0..flat).collect()), view("Surface", (flat..traces.len()).collect())];
             let [horizontal, vertical] = [axis_layout(&axes[0]), axis_layout(&axes[1])];
-            let up = json!({ "title": { "text": labelled(&quantity.name, quantity.unit) } });
+            let up = json!({ "title": { "text": quantity.title() } });
             plots.add(Plot {
-                title: format!("{}, {}{suffix}", quantity.name, quantity.unit),
+                title: format!("{}{suffix}", quantity.title()),
                 alternative: alternative.clone(),
-                caption: "On a thick orange line, an expected cost equals its limit. Gaps: designs that could not be \
-                          evaluated."
-                    .into(),
+                caption: format!(
+                    "On a thick orange line, an expected cost equals its limit. Gaps: designs that could not be \
+                     evaluated.{}",
+                    crosses(&missed)
+                ),
                 height: 520,
                 traces,
                 layout: json!({
@@ -233,7 +274,7 @@ fn fill(quantity: &Quantity, axes: &[Axis], plots: &mut Plots, kind: &str) -> Va
     let mut trace = json!({
         "type": kind, "x": plots.arrays.exact(&axes[0].values), "y": plots.arrays.exact(&axes[1].values),
         "z": plots.arrays.grid(&quantity.values), "colorscale": "Cividis", "name": quantity.name,
-        "colorbar": { "title": { "text": quantity.unit }, "thickness": 14 }, "showlegend": false,
+        "colorbar": { "title": { "text": quantity.unit }, "thickness": 14, "xpad": 26 }, "showlegend": false,
     });
     if kind == "contour" {
         trace["ncontours"] = 20.into();
@@ -275,7 +316,8 @@ fn bound(cost: &Quantity, quantity: &Quantity, axes: &[Axis], plots: &mut Plots,
     trace
 }
 
-/// Something drawn in the plane of the axes: a path or a design.
+/// Something drawn in the plane of the axes: a path or designs.
+#[derive(Clone)]
 struct Mark {
     name: String,
     group: Option<usize>,

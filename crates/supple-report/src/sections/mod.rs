@@ -6,6 +6,7 @@ mod catalogue;
 mod contacts;
 mod controller;
 mod convergence;
+mod headlines;
 mod information;
 mod landscape;
 mod level_lines;

@@ -81,12 +81,17 @@ fn describe(part: &Part, point: &ParetoPoint) -> String {
     if point.status != DesignStatus::Converged {
         lines.push(format!("the search {}", ended(point.status)));
     }
+    lines.extend(point.warnings.iter().cloned());
     lines.join("\n")
 }
 
-/// Full where the search converged, open where not.
+/// Full where the search converged, open where not; a cross where a plan never makes a contact whose force a cost tracks.
 fn symbols(front: &Pareto) -> Vec<&'static str> {
-    let of = |point: &ParetoPoint| if point.status == DesignStatus::Converged { "circle" } else { "circle-open" };
+    let of = |point: &ParetoPoint| match point.status {
+        _ if !point.warnings.is_empty() => "x",
+        DesignStatus::Converged => "circle",
+        _ => "circle-open",
+    };
     front.points.iter().map(of).collect()
 }
 
@@ -118,10 +123,17 @@ fn tradeoff(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut
         number(y[loose]),
         number(axis.values[loose])
     );
+    let crosses = if front.points.iter().all(|point| point.warnings.is_empty()) {
+        ""
+    } else {
+        " Crosses: designs whose plan never makes a contact whose force a cost tracks."
+    };
     plots.add(Plot {
         title,
         alternative,
-        caption: "Open points: searches that did not converge. Other designs are drawn at their expected cost.".into(),
+        caption: format!(
+            "Open points: searches that did not converge.{crosses} Other designs are drawn at their expected cost."
+        ),
         height: 420,
         traces,
         layout: json!({

@@ -1,5 +1,5 @@
 use maud::{Markup, html};
-use supple::{Evaluation, LimitViolation, TaskEvaluation, TrajectoryReport};
+use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::sweep::misses_contact;
 
 use crate::numbers::number;
@@ -77,7 +77,7 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
     if let Some(worst) = task.limits_violated.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))) {
         let limits = words::count(task.limits_violated.len(), "limit");
         let steps = words::count(worst.steps, "step");
-        let (name, numbers) = (plain(&worst.name), against(task, worst));
+        let (name, numbers) = (plain(&worst.name), against(worst));
         list.push(format!(
             "The plan of {which} exceeds {limits}; the largest violation is {name}: {numbers}, at {steps}."
         ));
@@ -102,7 +102,7 @@ pub fn limits(part: &Part) -> Option<Markup> {
     for shown in part.designs() {
         for task in &shown.at.tasks {
             rows.extend(task.limits_violated.iter().map(|limit| {
-                let numbers = against(task, limit);
+                let numbers = against(limit);
                 vec![shown.name.clone(), task.name.clone(), plain(&limit.name), numbers, limit.steps.to_string()]
             }));
         }
@@ -118,29 +118,12 @@ fn excess(limit: &LimitViolation) -> f64 {
 }
 
 /// A value and the limit it is beyond.
-fn against(task: &TaskEvaluation, limit: &LimitViolation) -> String {
-    let unit = task.trajectory.as_ref().map_or("", |trajectory| unit_of(trajectory, &limit.name));
+fn against(limit: &LimitViolation) -> String {
     let side = if limit.worst > limit.limit { "above" } else { "below" };
-    format!("{}, {side} {}", number(limit.worst), crate::numbers::with_unit(limit.limit, unit))
+    format!("{}, {side} {}", number(limit.worst), crate::numbers::with_unit(limit.limit, &limit.unit))
 }
 
 /// A name without the marks around it.
 fn plain(name: &str) -> String {
     name.replace('`', "")
-}
-
-/// The unit of a limit of a joint, such as ``velocity of joint `elbow` ``, where a state or control of that name has
-/// one.
-fn unit_of<'a>(trajectory: &'a TrajectoryReport, limit: &str) -> &'a str {
-    let kind = match limit.split(' ').next() {
-        Some("velocity") => "v.",
-        Some("position") => "q.",
-        Some("effort") => "tau.",
-        Some("control" | "force") => "ctrl.",
-        _ => return "",
-    };
-    let joint = limit.split('`').nth(1).unwrap_or_default();
-    let states = trajectory.state_names.iter().zip(&trajectory.state_units);
-    let mut all = states.chain(trajectory.control_names.iter().zip(&trajectory.control_units));
-    all.find(|(name, _)| name.strip_prefix(kind) == Some(joint)).map_or("", |(_, unit)| unit)
 }

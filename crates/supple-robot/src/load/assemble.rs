@@ -42,7 +42,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
         check_link(link, &mut parts.warnings)?;
     }
     for joint in &mut parts.joints {
-        check_joint(joint)?;
+        check_joint(joint, &mut parts.warnings)?;
     }
     without_zeros(&mut parts);
     let links = Names::new(parts.links.iter().map(|link| (link.name.as_str(), link.at)), "link")?;

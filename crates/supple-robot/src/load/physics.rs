@@ -23,7 +23,7 @@ const TINY: f64 = 1e-6;
 const WITHOUT_PRODUCTS: &str = "the products of inertia are invalid; correct them or set them to 0";
 /// Advice where a number is too great.
 const UNITS: &str = "numbers of robot files are in kg, m and s; check the unit and the exponent";
-/// Greatest radius of gyration of a link that is not suspicious, m.
+/// Greatest radius of gyration, and greatest distance within a link, that is not suspicious, m.
 const WIDEST: f64 = 10.0;
 /// Excess over the triangle inequality attributed to rounding in a file.
 const EXCESS: f64 = 0.01;
@@ -81,6 +81,12 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
             )
         });
     }
+    let away = center.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if mass > 0.0 && away > WIDEST {
+        warnings.note("far", *at, || {
+            format!("its centre of mass is {} m away from the origin of the link; lengths must be in m", three(away))
+        });
+    }
     if mass == 0.0 && greatest > 0.0 {
         warnings.note("no mass", *at, || "it has moments of inertia but no mass".to_owned());
     }
@@ -101,7 +107,7 @@ fn small(number: f64) -> bool {
 ///
 /// # Errors
 /// If a number is invalid.
-pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
+pub(super) fn check_joint(joint: &mut JointPart, warnings: &mut Warnings) -> Result<(), FileError> {
     for pose in [&joint.own.origin, &joint.own.child_pose] {
         if let Some(number) = pose.position.into_iter().find(|&number| !small(number)) {
             let message = format!("positions must be below {GREATEST:e} m; found {}", digits(number));
@@ -114,6 +120,12 @@ pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
         (joint.own.damping, joint.own.friction, joint.own.armature, joint.own.stiffness) = (0.0, 0.0, 0.0, 0.0);
         (joint.own.reference, joint.own.rest) = (0.0, 0.0);
         return Ok(());
+    }
+    let away = joint.own.origin.position.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if away > WIDEST {
+        warnings.note("far joint", joint.at, || {
+            format!("it is {} m away from the origin of its parent link; lengths must be in m", three(away))
+        });
     }
     joint.own.axis = unit(joint.own.axis).ok_or_else(|| {
         let [x, y, z] = joint.own.axis.map(digits);

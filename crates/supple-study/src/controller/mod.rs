@@ -44,7 +44,7 @@ use std::path::{Path, PathBuf};
 
 use supple::plan::PlanStatus;
 use supple::simulate::{MonteCarlo, Rollouts};
-use supple::{Channels, Controller, Evaluation, Matrices, Named, Task, Trajectory, TrajectoryReport};
+use supple::{Channels, Controller, Evaluation, Matrices, Named, Task, Trajectory, TrajectoryReport, Trust};
 
 use crate::{Folder, LoadedTask, OWN_MODEL, StudyError, StudyResult, check_writable, write_text};
 
@@ -108,8 +108,8 @@ pub struct ExportedController {
     pub expected_cost: f64,
     /// How its plan ended.
     pub status: PlanStatus,
-    /// Whether roll-outs of the result contradict the plan.
-    pub is_broken: bool,
+    /// What roll-outs of the result say of the plan; `None` if there were none.
+    pub trust: Option<Trust>,
     /// The parameters by name.
     pub parameters: Named,
     /// Time step, s.
@@ -171,7 +171,7 @@ impl ExportedController {
             task: task.clone(),
             expected_cost: report.cost.expected,
             status: report.status,
-            is_broken: report.is_broken(),
+            trust: report.trust.clone(),
             parameters: evaluation.parameters.clone(),
             time_step: task.time_step.resolve(&phi),
             channels: task.system.channels(),

@@ -29,6 +29,8 @@
 //! let sweep = run(&task, &options, None, Watch::default())?;
 //! let bits = sweep.table.numbers("information_bits").ok_or("it is a column")?;
 //! assert!(sweep.complete && bits[0] > bits[1] && bits[1] > bits[2]);
+//! let least = sweep.least().ok_or("every point has information")?;
+//! assert_eq!((least.row, least.among, sweep.contacts_made()[2]), (2, 3, true));
 //! assert_eq!((Holds::of(&sweep.columns[0]), misses_contact(&sweep.columns[0])), (Holds::Numbers, None));
 //!
 //! // The same by units, which may run in different processes.
@@ -48,6 +50,7 @@ mod columns;
 mod done;
 mod grid;
 mod journal;
+mod least;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod point;
@@ -64,6 +67,7 @@ pub use self::axis::Axis;
 pub use self::collector::Collector;
 pub use self::columns::{Holds, misses_contact};
 pub use self::journal::kept_points;
+pub use self::least::LeastPoint;
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;
 pub use self::unit::{SweepUnit, SweepUnits};

@@ -89,8 +89,7 @@ pub(super) fn quantity_violations(task: &Task, phi: &[f64], plan: &Trajectory) -
         return Vec::new();
     }
     let along = along_plan(task, phi, plan, &numbers);
-    let of_number =
-        |(number, values): (&FollowedNumber, Vec<f64>)| violations(&number.channel.name, number.limits, &values);
+    let of_number = |(number, values): (&FollowedNumber, Vec<f64>)| violations(&number.channel, number.limits, &values);
     numbers.iter().zip(along).flat_map(of_number).collect()
 }
 

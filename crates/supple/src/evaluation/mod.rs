@@ -210,7 +210,7 @@ fn sampled(
 /// counts once.
 fn violations(TaskAt { task, phi }: TaskAt, state: &TaskState) -> Vec<LimitViolation> {
     let trajectory = &state.plan.trajectory;
-    let mut all = limits_violated(&task.system.limits(), trajectory);
+    let mut all = limits_violated(&task.system.limits(), &task.system.channels(), trajectory);
     for found in quantity_violations(task, phi, trajectory) {
         let same = |known: &LimitViolation| LimitViolation { name: found.name.clone(), ..known.clone() } == found;
         if !all.iter().any(same) {

@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use supple_model::Channel;
 
 use crate::plan::Plan;
 use crate::problem::Task;
@@ -33,7 +34,10 @@ use crate::problem::Task;
 pub struct LimitReached {
     /// What is limited.
     pub name: String,
-    /// The limit, in its unit.
+    /// Its unit; empty where there is none.
+    #[serde(default)]
+    pub unit: String,
+    /// The limit.
     pub limit: f64,
     /// Whether it is an upper limit; otherwise it is a lower one.
     pub upper: bool,
@@ -66,8 +70,8 @@ fn bounds_reached(task: &Task, plan: &Plan) -> Vec<LimitReached> {
         };
         let held: Vec<usize> = (0..task.steps).filter(is_held).collect();
         let price = held.iter().map(|&t| price(t)).sum();
-        let (name, steps) = (channel.name.clone(), held.len());
-        held.first().map(|&step| LimitReached { name, limit, upper, step, steps, price })
+        let (Channel { name, unit }, steps) = (channel.clone(), held.len());
+        held.first().map(|&step| LimitReached { name, unit, limit, upper, step, steps, price })
     });
     reached.collect()
 }
@@ -78,9 +82,9 @@ fn quantities_reached(task: &Task, phi: &[f64], plan: &Plan) -> Vec<LimitReached
     let reached = ends.filter_map(|(index, (end, limit))| {
         let prices = (0..plan.multipliers.count()).map(|step| (step, plan.multipliers.vector(step)[index]));
         let held: Vec<(usize, f64)> = prices.filter(|(_, price)| *price > 0.0).collect();
-        let (name, (upper, steps)) = (end.channel.name, (end.upper, held.len()));
+        let (Channel { name, unit }, upper, steps) = (end.channel, end.upper, held.len());
         let price = held.iter().map(|(_, price)| price).sum();
-        held.first().map(|&(step, _)| LimitReached { name, limit, upper, step, steps, price })
+        held.first().map(|&(step, _)| LimitReached { name, unit, limit, upper, step, steps, price })
     });
     reached.collect()
 }

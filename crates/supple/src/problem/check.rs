@@ -100,10 +100,14 @@ impl Task {
         if let [row] = &rows[..]
             && row.len() != count
         {
-            return Err(Unfit::new("initial_control", format!("{valid}; found {} numbers", row.len())));
+            let message = match row.len() {
+                1 => format!("{valid}; found one number"),
+                found => format!("{valid}; found {found} numbers"),
+            };
+            return Err(Unfit::new("initial_control", message));
         }
         if let Some(row) = rows.iter().position(|row| row.len() != count) {
-            let message = format!("{valid}; this row has {} numbers", rows[row].len());
+            let message = format!("{valid}; this row has {}", rows[row].len());
             return Err(Unfit::new("initial_control", message).entry(row));
         }
         if rows.len() > 1 && rows.len() != steps {

@@ -47,7 +47,9 @@ impl Costs {
             if !before.as_ref().is_some_and(|before| plans(Some(before))) && !plans(None) {
                 return ([f64::INFINITY; 2], None);
             }
-            let violated = limits_violated(&task.system.limits(), &state.plan.trajectory).into_iter().next();
+            let violated = limits_violated(&task.system.limits(), &task.system.channels(), &state.plan.trajectory)
+                .into_iter()
+                .next();
             before = Some(state.plan.trajectory.controls.clone());
             let with = state.cost.expected();
             phi[sensor] = coarse;

@@ -19,6 +19,7 @@ use crate::arguments::{ReportOptions, StudyCommand, StudyOptions};
 use crate::failure::Failure;
 use crate::output::{REPORT, note, print_text};
 use crate::progress::{STOP, listen};
+use crate::tables::count;
 
 /// `supple study FILE`
 pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
@@ -32,10 +33,14 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     check_writable(&out, RESULT)?;
     listen();
     let clock = Instant::now();
-    let mut outcome = Outcome::Success;
+    let (mut outcome, mut short) = (Outcome::Success, Vec::new());
     for (number, (step, planned)) in file.steps.iter().zip(&steps).enumerate() {
         let heading = format!("step {} of {}, {}", number + 1, steps.len(), step.name);
-        outcome = planned.make(&heading, &out.join(&step.name))?.and(outcome);
+        let made = planned.make(&heading, &out.join(&step.name))?;
+        if made == Outcome::Shortfall {
+            short.push(step.name.as_str());
+        }
+        outcome = made.and(outcome);
         if STOP.load(Ordering::SeqCst) {
             note("stopped; repeat the command to resume");
             return Ok(Outcome::Shortfall);
@@ -50,7 +55,13 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     let page = out.join(REPORT);
     report(&ReportOptions { folders: vec![out], out: page.clone() })?;
     let (steps, seconds) = (steps.len(), clock.elapsed().as_secs_f64());
-    print_text(&format!("{}\n\n{steps} steps in {seconds:.0} s. The report: {}\n", file.title, page.display()))?;
+    let short = match short[..] {
+        [] => String::new(),
+        [step] => format!("Step {step} fell short: see above.\n"),
+        _ => format!("Steps {} fell short: see above.\n", short.join(", ")),
+    };
+    let steps = count(steps, "step");
+    print_text(&format!("{}\n\n{steps} in {seconds:.0} s. The report: {}\n{short}", file.title, page.display()))?;
     Ok(outcome)
 }
 

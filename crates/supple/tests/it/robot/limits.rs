@@ -1,14 +1,22 @@
 //! Limits that a plan violates are reported, and what a robot's file has wrong.
 
-use supple::{Dimensions, EvaluateOptions, Limit, LimitViolation, Problem, Trajectory, limits_violated};
+use supple::{Channels, Dimensions, EvaluateOptions, Limit, LimitViolation, Problem, Trajectory, limits_violated};
 
 use crate::common::reference::assert_near;
 use crate::common::{numbers, shipped};
 use crate::robot::arm::arm;
 
+const SIZE: Dimensions = Dimensions { states: 2, controls: 1, measurements: 0 };
+
+fn channels() -> Channels {
+    let mut channels = Channels::plain(vec!["first".into(), "second".into()], SIZE);
+    channels.controls[0].unit = "N m".into();
+    channels
+}
+
 /// Two states over five steps and one control over four.
 fn trajectory() -> Trajectory {
-    let mut trajectory = Trajectory::zeros(Dimensions { states: 2, controls: 1, measurements: 0 }, 4);
+    let mut trajectory = Trajectory::zeros(SIZE, 4);
     for (t, row) in [[0.0, 1.0], [0.5, 2.0], [-0.5, 3.0], [-0.7, 3.0], [0.6, 0.0]].iter().enumerate() {
         trajectory.states.vector_mut(t)[..2].copy_from_slice(row);
     }
@@ -26,7 +34,10 @@ fn worst_value_first_step_and_number_of_steps_of_each_side_are_found() {
         Limit::state("free".into(), 1, f64::NEG_INFINITY, f64::INFINITY),
         Limit::control("control".into(), 0, -11.0, 10.0),
     ];
-    let of = |name: &str, worst, limit, step, steps| LimitViolation { name: name.into(), worst, limit, step, steps };
+    let of = |name: &str, worst, limit, step, steps| {
+        let unit = if name == "control" { "N m".to_owned() } else { String::new() };
+        LimitViolation { name: name.into(), unit, worst, limit, step, steps }
+    };
     let expected = [
         of("first", 0.6, 0.4, 4, 2),
         of("first", -0.7, -0.6, 3, 1),
@@ -34,12 +45,12 @@ fn worst_value_first_step_and_number_of_steps_of_each_side_are_found() {
         // The control is at its upper limit, but for rounding.
         of("control", -12.0, -11.0, 2, 1),
     ];
-    assert_eq!(limits_violated(&limits, &trajectory()), expected);
+    assert_eq!(limits_violated(&limits, &channels(), &trajectory()), expected);
 }
 
 #[test]
 fn plan_within_its_limits_violates_none() {
-    let found = limits_violated(&[Limit::state("first".into(), 0, -0.7, 0.6)], &trajectory());
+    let found = limits_violated(&[Limit::state("first".into(), 0, -0.7, 0.6)], &channels(), &trajectory());
     assert_eq!(found, []);
 }
 

@@ -2,6 +2,7 @@
 //! and in closed loop; and where there is nothing to keep.
 
 use supple::cost::Cost;
+use supple::design::best_plan;
 use supple::lqg::ControlBounds;
 use supple::noise::{Covariance, NoiseModel};
 use supple::pipeline::TaskState;
@@ -176,7 +177,7 @@ fn door(key: &str) -> Problem {
 
 fn planned(problem: &Problem, index: usize, phi: &[f64]) -> TaskState {
     let mut state = TaskState::new(&problem.tasks[index]);
-    state.evaluate(&problem.tasks[index], phi, &problem.planning, None).unwrap();
+    best_plan(problem, &problem.tasks[index], phi, None, &mut state).unwrap();
     assert_eq!(state.plan.status, PlanStatus::Converged);
     state
 }
