@@ -111,7 +111,7 @@ def test_functions_for_neither_say_why() -> None:
         ({"initial_control": [0.0, 1.0]}, r"initial_control has rows of \[2\] numbers: 1 are needed"),
         (
             {"initial_control": [[0.0]] * 7},
-            "initial_control: must be one row of 1 numbers, or 60 such rows; found 7 rows",
+            "initial_control: must be one row of 1 number, or 60 such rows; found 7 rows",
         ),
         ({"initial_control": [float("nan")]}, "initial_control: nan is not finite"),
         ({"steps": 0}, "steps=0: a whole number of at least 1"),

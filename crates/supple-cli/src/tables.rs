@@ -112,11 +112,6 @@ pub(crate) fn signed(value: f64) -> String {
     format!("{sign}{}", short(value, 4))
 }
 
-/// A count of things: `1 point`, `4 points`.
-pub(crate) fn count(number: usize, thing: &str) -> String {
-    if number == 1 { format!("1 {thing}") } else { format!("{number} {thing}s") }
-}
-
 pub(crate) fn percent(from: f64, to: f64) -> String {
     if from == 0.0 { String::new() } else { format!("{:+.1} %", 100.0 * (to - from) / from.abs()) }
 }

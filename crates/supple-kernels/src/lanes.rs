@@ -75,6 +75,21 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
         self.first(count) + (rest - rest.first(count))
     }
 
+    /// Copies four rows of four numbers to columns.
+    ///
+    /// # Safety
+    /// Four rows of four numbers must be readable and writable at these places, each row so many numbers after the last one,
+    /// and the places must not overlap.
+    #[inline(always)]
+    unsafe fn transpose_four((from, from_stride): (*const f64, usize), (to, to_stride): (*mut f64, usize)) {
+        for i in 0..4 {
+            for j in 0..4 {
+                // SAFETY: the caller's.
+                unsafe { *to.add(j * to_stride + i) = *from.add(i * from_stride + j) };
+            }
+        }
+    }
+
     /// Eight rows of eight numbers, as columns.
     #[inline(always)]
     fn transposed(rows: [Self; LANES]) -> [Self; LANES] {

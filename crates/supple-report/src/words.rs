@@ -2,6 +2,8 @@
 
 use supple::design::{DesignStatus, GradientKind, Method};
 use supple_study::robustness::PlannedFor;
+/// A count of things: `1 start`, `4 starts`.
+pub use supple_text::count;
 
 /// How a search ended, as the end of a sentence that begins with it.
 pub fn ended(status: DesignStatus) -> &'static str {
@@ -34,9 +36,4 @@ pub fn list(items: &[String]) -> String {
         [one] => one.clone(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
-}
-
-/// A count of things: `1 start`, `4 starts`.
-pub fn count(number: usize, thing: &str) -> String {
-    if number == 1 { format!("1 {thing}") } else { format!("{number} {thing}s") }
 }

@@ -274,6 +274,16 @@ pub fn capitalised(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// A count of things.
+///
+/// ```
+/// assert_eq!([1, 4].map(|number| supple_text::count(number, "start")), ["1 start", "4 starts"]);
+/// ```
+#[must_use]
+pub fn count(number: usize, thing: &str) -> String {
+    if number == 1 { format!("1 {thing}") } else { format!("{number} {thing}s") }
+}
+
 /// Names in backquotes, separated by commas: the first forty, or all if that would leave out only one.
 ///
 /// Lists are long enough for all kinds of sensors, costs and compliance: a user who mistypes a kind should not have to

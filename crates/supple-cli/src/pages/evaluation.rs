@@ -9,7 +9,7 @@ use supple_study::About;
 use supple_study::design::DesignReport;
 
 use super::next;
-use crate::tables::{Rows, align_right, count, heading, number, signed, table, with_unit};
+use crate::tables::{Rows, align_right, heading, number, signed, table, with_unit};
 use crate::{contacts, informations, trust};
 use supple_text::short;
 
@@ -127,7 +127,7 @@ pub(super) fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
 pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
     let line = |LimitViolation { name, unit, worst, limit, step, steps }: &LimitViolation| {
         let side = if worst > limit { "above" } else { "below" };
-        let steps = count(*steps, "step");
+        let steps = supple_text::count(*steps, "step");
         format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), with_unit(*limit, unit))
     };
     first_lines(task.limits_violated.iter().map(line))

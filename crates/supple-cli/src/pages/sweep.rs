@@ -5,7 +5,7 @@ use supple_study::JOURNAL;
 use supple_study::sweep::{LeastPoint, Sweep, TABLE_CSV, TABLE_JSONL, misses_contact};
 use supple_study::{About, Cell, Column, RESULT};
 
-use crate::tables::{self, align_right, heading, number, table, title, with_unit};
+use crate::tables::{align_right, heading, number, table, title, with_unit};
 
 /// Rows that are shown at the beginning and at the end of a table that is longer than both.
 const FIRST: usize = 15;
@@ -119,7 +119,7 @@ fn missed_contacts(sweep: &Sweep) -> String {
             format!(
                 "Warning: at {} the plan of {task} never makes a contact whose force a cost tracks: see the \
                  column `{}`.\n",
-                tables::count(count, "point"),
+                supple_text::count(count, "point"),
                 column.name
             )
         })
@@ -130,7 +130,7 @@ fn missed_contacts(sweep: &Sweep) -> String {
 /// How many points there are, how many failed, and where the least information is.
 fn summary(sweep: &Sweep) -> String {
     let (rows, failed) = (&sweep.table.rows, failed(sweep));
-    let points = tables::count(rows.len(), "point");
+    let points = supple_text::count(rows.len(), "point");
     let mut text = match failed {
         0 => format!("{points}, all evaluated.\n"),
         _ => format!("{points}; {failed} could not be evaluated: see the column `error`.\n"),

@@ -9,7 +9,7 @@ use crate::fused::Fused;
 macro_rules! lanes {
     ($(#[$doc:meta])* $name:ident, $register:ty, $parts:literal, $width:literal, {
         $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $splat:ident $load:ident $store:ident
-    }, $(instructions: $instructions:literal,)? single: $single:ty, fma: $fma:expr, negative_fma: $negative_fma:expr, $(transpose: $transpose:ident, followed_by: $followed_by:ident,)? negate: $negate:expr, select: $select:expr) => {
+    }, $(instructions: $instructions:literal,)? single: $single:ty, fma: $fma:expr, negative_fma: $negative_fma:expr, $(transpose: $transpose:ident, followed_by: $followed_by:ident,)? $(transpose_four: $four:ident,)? negate: $negate:expr, select: $select:expr) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name([$register; $parts]);
@@ -74,6 +74,11 @@ macro_rules! lanes {
                 }
                 parts
             }
+            $(#[inline(always)]
+            unsafe fn transpose_four(from: (*const f64, usize), to: (*mut f64, usize)) {
+                // SAFETY: the caller's, and instructions as in `neg`.
+                unsafe { $four(from, to) }
+            })?
             $(#[inline(always)]
             fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
                 // SAFETY: instructions as in `neg`.
@@ -223,6 +228,22 @@ unsafe fn select_avx512(condition: __m512d, positive: __m512d, otherwise: __m512
     }
 }
 
+/// Pairs of neighbours first, then halves.
+#[inline(always)]
+unsafe fn transpose_four_avx((from, from_stride): (*const f64, usize), (to, to_stride): (*mut f64, usize)) {
+    // SAFETY: the caller's level has AVX, and its numbers exist.
+    unsafe {
+        let (a, b) = (_mm256_loadu_pd(from), _mm256_loadu_pd(from.add(from_stride)));
+        let (c, d) = (_mm256_loadu_pd(from.add(2 * from_stride)), _mm256_loadu_pd(from.add(3 * from_stride)));
+        let (ab0, ab1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+        let (cd0, cd1) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+        _mm256_storeu_pd(to, _mm256_permute2f128_pd::<0x20>(ab0, cd0));
+        _mm256_storeu_pd(to.add(to_stride), _mm256_permute2f128_pd::<0x20>(ab1, cd1));
+        _mm256_storeu_pd(to.add(2 * to_stride), _mm256_permute2f128_pd::<0x31>(ab0, cd0));
+        _mm256_storeu_pd(to.add(3 * to_stride), _mm256_permute2f128_pd::<0x31>(ab1, cd1));
+    }
+}
+
 #[inline(always)]
 unsafe fn followed_by_avx512(v: Avx512, rest: Avx512, count: usize) -> Avx512 {
     let ([v], [rest], mask) = (v.0, rest.0, (1_u32 << count.min(LANES)) - 1);
@@ -268,7 +289,8 @@ lanes!(
     /// Eight numbers in two AVX2 registers, with fused multiply-add.
     Avx2, __m256d, 2, 4,
     { _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd },
-    instructions: "avx2,fma", single: Fused, fma: _mm256_fmadd_pd, negative_fma: _mm256_fnmadd_pd, negate: negate_avx, select: select_avx
+    instructions: "avx2,fma", single: Fused, fma: _mm256_fmadd_pd, negative_fma: _mm256_fnmadd_pd,
+    transpose_four: transpose_four_avx, negate: negate_avx, select: select_avx
 );
 lanes!(
     /// Eight numbers in one AVX-512 register, with fused multiply-add.

@@ -303,14 +303,55 @@ impl Mirror {
                     L::load(to).first(n % LANES).store(to);
                 }
             }
-            for i in first.max(1)..n {
-                for j in 0..i {
-                    *a.entry(j, i) = *a.entry(i, j);
-                }
-            }
+            mirror_columns::<L>((a.at, a.stride), (first, n), (0, n));
         }
     }
 }
+
+/// Copies entries below the diagonal to their mirrored places: those of rows from `first` to `n` and of columns from one to
+/// another, all multiples of four but the ends.
+///
+/// # Safety
+/// All these entries must exist, and their mirrored places too.
+#[inline(always)]
+pub(super) unsafe fn mirror_columns<L: Lanes>(
+    (a, stride): (*mut f64, usize),
+    (first, n): (usize, usize),
+    (from, to): (usize, usize),
+) {
+    let mut row = first;
+    // SAFETY: the caller's.
+    unsafe {
+        while row < n {
+            let end = (row + FOUR).min(n);
+            let mut column = from;
+            while column < row.min(to) {
+                let (below, above) = (a.add(row * stride + column), a.add(column * stride + row));
+                if end - row == FOUR {
+                    L::transpose_four((below, stride), (above, stride));
+                } else {
+                    for i in 0..end - row {
+                        for j in 0..FOUR {
+                            *above.add(j * stride + i) = *below.add(i * stride + j);
+                        }
+                    }
+                }
+                column += FOUR;
+            }
+            if row < to {
+                for i in row + 1..end {
+                    for j in row..i {
+                        *a.add(j * stride + i) = *a.add(i * stride + j);
+                    }
+                }
+            }
+            row = end;
+        }
+    }
+}
+
+/// Rows and columns of a small block.
+const FOUR: usize = LANES / 2;
 
 struct MirrorUpper {
     a: Place,

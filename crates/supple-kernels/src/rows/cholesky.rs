@@ -1,6 +1,6 @@
 //! Factors of symmetric positive definite matrices.
 
-use super::blocks::{load_block, store_block};
+use super::blocks::{load_block, mirror_columns, store_block};
 use super::product::subtract_product;
 use super::solve::Block;
 use super::{FEW, Long, Rows, ViewMut, add_scaled, scale};
@@ -224,19 +224,29 @@ impl Job for Factor<'_> {
                 }
                 let (size, at) = (LANES.min(n - first), a.add(first * (stride + 1)));
                 if given == Given::Lower {
-                    raise::<L>(a, stride, first, n);
+                    if L::WIDE {
+                        raise::<L>(a, stride, first, n);
+                    } else {
+                        mirror_columns::<L>((a, stride), (first, n), (first, first + size));
+                    }
                 }
                 if first > 0 {
                     let (left, right) = ((a.add(first).cast_const(), stride), a.add(first).cast_const());
                     subtract_product::<L, true>((at, stride), left, right, (size, first, width - first));
                 }
-                let reciprocals = match pivots::<L>(at, stride, size) {
+                let beside = width - first - LANES;
+                let reciprocals = match L::WIDE {
+                    true => pivots::<L>(at, stride, size),
+                    false => eliminate::<L>(at, stride, size, LANES + beside),
+                };
+                let reciprocals = match reciprocals {
                     Ok(reciprocals) => reciprocals,
                     Err(i) => return Err(first + i),
                 };
                 kept[first..first + LANES].copy_from_slice(&reciprocals);
-                let block = Block { factor: at, stride, size, reciprocals };
-                block.forward::<L>(at.add(LANES), stride, width - first - LANES);
+                if L::WIDE {
+                    Block { factor: at, stride, size, reciprocals }.forward::<L>(at.add(LANES), stride, beside);
+                }
                 first += LANES;
             }
         }
@@ -257,6 +267,50 @@ unsafe fn raise<L: Lanes>(a: *mut f64, stride: usize, first: usize, n: usize) {
             let block = L::transposed(load_block::<L>(a.add(below * stride + first), stride, n - below));
             store_block(block, a.add(first * stride + below), stride, size);
         }
+    }
+}
+
+/// `U` of a diagonal block, and `U'^-1` times what is right of it, up to `width` numbers in all, with rows in memory, for
+/// machines with few registers; otherwise as [`pivots`].
+///
+/// # Safety
+/// There must be `size` rows of `width` numbers, whole lanes.
+#[inline(always)]
+unsafe fn eliminate<L: Lanes>(at: *mut f64, stride: usize, size: usize, width: usize) -> Result<[f64; LANES], usize> {
+    let mut reciprocals = [1.0; LANES];
+    // SAFETY: the caller's.
+    unsafe {
+        for j in 0..size {
+            let row = at.add(j * stride);
+            let pivot = *row.add(j);
+            if !is_positive(pivot) {
+                return Err(j);
+            }
+            reciprocals[j] = 1.0 / pivot;
+            let mut factors = [0.0; LANES];
+            for i in j + 1..size {
+                factors[i] = *row.add(i);
+            }
+            let mut column = 0;
+            while column < width {
+                let scaled = L::load(row.add(column)) * L::constant(reciprocals[j]);
+                for i in j + 1..size {
+                    let to = at.add(i * stride + column);
+                    L::constant(factors[i]).neg_mul_add(scaled, L::load(to)).store(to);
+                }
+                column += LANES;
+            }
+        }
+        let roots = L::from_array(reciprocals).sqrt().to_array();
+        for (j, root) in roots[..size].iter().enumerate() {
+            let (mut column, root) = (0, L::constant(*root));
+            while column < width {
+                let to = at.add(j * stride + column);
+                (L::load(to) * root).store(to);
+                column += LANES;
+            }
+        }
+        Ok(roots)
     }
 }
 

@@ -95,19 +95,18 @@ impl Task {
     /// Checks the first guess of the controls, and their bounds.
     fn check_controls(&self) -> Result<(), Unfit> {
         let (count, steps) = (self.system.dimensions().controls, self.steps);
-        let valid = format!("must be one row of {count} numbers, or {steps} such rows");
+        let valid = format!("must be one row of {}, or {steps} such rows", supple_text::count(count, "number"));
         let rows = &self.initial_control;
         if let [row] = &rows[..]
             && row.len() != count
         {
-            let message = match row.len() {
-                1 => format!("{valid}; found one number"),
-                found => format!("{valid}; found {found} numbers"),
-            };
-            return Err(Unfit::new("initial_control", message));
+            return Err(Unfit::new(
+                "initial_control",
+                format!("{valid}; found {}", supple_text::count(row.len(), "number")),
+            ));
         }
         if let Some(row) = rows.iter().position(|row| row.len() != count) {
-            let message = format!("{valid}; this row has {}", rows[row].len());
+            let message = format!("{valid}; this row has {}", supple_text::count(rows[row].len(), "number"));
             return Err(Unfit::new("initial_control", message).entry(row));
         }
         if rows.len() > 1 && rows.len() != steps {

@@ -19,7 +19,6 @@ use crate::arguments::{ReportOptions, StudyCommand, StudyOptions};
 use crate::failure::Failure;
 use crate::output::{REPORT, note, print_text};
 use crate::progress::{STOP, listen};
-use crate::tables::count;
 
 /// `supple study FILE`
 pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
@@ -60,7 +59,7 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
         [step] => format!("Step {step} fell short: see above.\n"),
         _ => format!("Steps {} fell short: see above.\n", short.join(", ")),
     };
-    let steps = count(steps, "step");
+    let steps = supple_text::count(steps, "step");
     print_text(&format!("{}\n\n{steps} in {seconds:.0} s. The report: {}\n{short}", file.title, page.display()))?;
     Ok(outcome)
 }
