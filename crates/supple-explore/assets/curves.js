@@ -26,14 +26,6 @@
 
   const colour = (name) => () => SuppleTheme.colour(name);
 
-  /** The texts of ticks, with as many digits as tell them apart. */
-  function distinct(ticks) {
-    const texts = (digits) => ticks.map((tick) => (tick === null ? "" : E.number(tick, digits)));
-    const wanted = new Set(ticks).size;
-    for (let digits = 4; digits < 12; digits += 1) if (new Set(texts(digits)).size >= wanted) return texts(digits);
-    return texts(12);
-  }
-
   /** The quantities to begin with: forces and clearances of contacts, then some of each kind. */
   function first(list) {
     const rank = { Contacts: 0, Quantities: 0.5, Information: 1, States: 2, Controls: 3, Cost: 4 };
@@ -117,11 +109,14 @@
       const shape = series.map(({ label }) => label).join();
       if (this.plot && shape === this.shape) {
         this.plot.setData(data);
-        return;
+      } else {
+        this.shape = shape;
+        this.plot?.destroy();
+        this.plot = new uPlot(this.options(series), data, this.place);
       }
-      this.shape = shape;
-      this.plot?.destroy();
-      this.plot = new uPlot(this.options(series), data, this.place);
+      // Around a single time, as of a task of one step.
+      const [time, ...others] = data[0], half = 0.5 * (Math.abs(time) || 1);
+      if (!others.length) this.plot.setScale("x", { min: time - half, max: time + half });
     }
 
     options(series) {
@@ -132,12 +127,12 @@
       return {
         width: this.width(), height: height(this.width()), bands, cursor: { sync: { key: "time" }, points: { size: 5 } },
         scales: {
-          x: { time: false, range: (_, from, to) => (from === null ? [0, 1] : from < to ? [from, to] : [from - 0.1 * (from || 1), to + 0.1 * (to || 1)]) },
+          x: { time: false },
           y: { range: (_, least, most) => this.clip?.range ?? (least === null ? [0, 1] : uPlot.rangeNum(least, most, 0.1, true)) },
         },
         legend: { live: true },
-        axes: [{ ...axis, size: 30 * E.larger(), values: (_, ticks) => distinct(ticks).map((text) => (text ? `${text} s` : "")) },
-          { ...axis, size: 58 * E.larger(), values: (_, ticks) => distinct(ticks) }],
+        axes: [{ ...axis, size: 30 * E.larger(), values: (_, ticks) => E.distinct(ticks).map((text) => (text ? `${text} s` : "")) },
+          { ...axis, size: 58 * E.larger(), values: (_, ticks) => E.distinct(ticks) }],
         series: [{ label: "time", value: (...at) => `${E.number(shown(...at))} s` },
           ...series.map(({ role, label, pin, y }) => {
             const [, tint, width, dash] = ROLES[role];

@@ -106,6 +106,14 @@
     return (power === undefined ? short : `${short}e${Number(power)}`).replace(/-/g, "−");
   };
 
+  /** The texts of ticks, with as many digits as tell them apart. */
+  E.distinct = (ticks, text = E.number) => {
+    const texts = (digits) => ticks.map((tick) => (tick === null ? "" : text(tick, digits)));
+    const wanted = new Set(ticks).size;
+    for (let digits = 4; digits < 12; digits += 1) if (new Set(texts(digits)).size >= wanted) return texts(digits);
+    return texts(12);
+  };
+
   /** How many times as large as on a screen of usual size texts are. */
   E.larger = () => (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16) / 16;
 

@@ -237,10 +237,10 @@
   }
 
   /** The text of a tick, short enough to stand beside the name of its axis. */
-  function tickText(value) {
-    if (Math.abs(value) < 1e4) return E.number(value, 6);
+  function tickText(value, digits) {
+    if (Math.abs(value) < 1e4) return E.number(value, Math.max(6, digits));
     const power = Math.floor(Math.log10(Math.abs(value)) + 1e-9);
-    return `${E.number(value / 10 ** power)}e${power}`;
+    return `${E.number(value / 10 ** power, digits)}e${power}`;
   }
 
   function frameAxes(context, box, [x, y], height) {
@@ -253,8 +253,9 @@
     context.textAlign = "center";
     context.textBaseline = "top";
     let free = -Infinity;
-    for (const value of E.ticks(x, Math.max(2, Math.min(7, Math.floor(box.w / (4 * size)))))) {
-      const text = tickText(value), half = context.measureText(text).width / 2, at = box.x + E.share(x, value) * box.w;
+    const across = E.ticks(x, Math.max(2, Math.min(7, Math.floor(box.w / (4 * size))))), texts = E.distinct(across, tickText);
+    for (const [n, value] of across.entries()) {
+      const text = texts[n], half = context.measureText(text).width / 2, at = box.x + E.share(x, value) * box.w;
       context.moveTo(at, box.y + box.h);
       context.lineTo(at, box.y + box.h + 4);
       if (at - half < free) continue;
@@ -264,11 +265,12 @@
     context.fillText(`${x.name}${x.unit ? `, ${x.unit}` : ""}`, box.x + box.w / 2, height - size - 2);
     context.textAlign = "right";
     context.textBaseline = "middle";
-    for (const value of E.ticks(y, Math.max(2, Math.min(7, Math.floor(box.h / (2.5 * size)))))) {
+    const up = E.ticks(y, Math.max(2, Math.min(7, Math.floor(box.h / (2.5 * size))))), names = E.distinct(up, tickText);
+    for (const [n, value] of up.entries()) {
       const at = box.y + (1 - E.share(y, value)) * box.h;
       context.moveTo(box.x, at);
       context.lineTo(box.x - 4, at);
-      context.fillText(tickText(value), box.x - 6, at);
+      context.fillText(names[n], box.x - 6, at);
     }
     context.stroke();
     context.save();
@@ -306,7 +308,9 @@
     front = sorted.filter((point) => (point[2] < least ? ((least = point[2]), true) : false));
     const ends = (place) => {
       const all = points.map((point) => point[place]).sort((a, b) => a - b), top = all[Math.ceil(0.95 * (all.length - 1))];
-      return [all[0], top > all[0] ? top + 0.05 * (top - all[0]) : all[0] + 1];
+      // Numbers that are the same but for rounding stand in the middle.
+      const same = top - all[0] <= 1e-9 * Math.abs(top), half = 0.5 * (Math.abs(top) || 1);
+      return same ? [top - half, top + half] : [all[0], top + 0.05 * (top - all[0])];
     };
     const [costs, bits] = [ends(5), ends(2)];
     canvas.ends = { costs, bits, box };

@@ -303,7 +303,14 @@ impl Mirror {
                     L::load(to).first(n % LANES).store(to);
                 }
             }
-            mirror_columns::<L>((a.at, a.stride), (first, n), (0, n));
+            if n > LANES {
+                return mirror_columns::<L>((a.at, a.stride), (first, n), (0, n));
+            }
+            for i in first.max(1)..n {
+                for j in 0..i {
+                    *a.entry(j, i) = *a.entry(i, j);
+                }
+            }
         }
     }
 }

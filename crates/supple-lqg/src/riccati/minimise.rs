@@ -55,23 +55,25 @@ pub(super) fn minimise<L: Lanes, R: Rows>(
     let told = Product { left, right, rows: n, inner: m, width: narrow }.lower();
     let (curvature, q) = (curvature.at_mut(t), View::new(q, wide));
     let xi = value_of_information.at_mut(t);
-    if with_value {
+    // Of long rows, the product is not computed a second time, as this takes longer than reading it.
+    let shared = with_value && R::CALLED;
+    if shared {
         told.set::<L, R>(ViewMut::new(xi, narrow));
-    }
-    if with_value && R::CALLED {
-        // The product is not computed a second time, which takes longer than reading it.
         let less = Scaled { from: View::new(xi, narrow), factor: -1.0, rows: n, count: n };
         less.add_to::<L, R>(q, ViewMut::new(curvature, narrow));
     } else {
         told.subtract_from::<L, R>(q, ViewMut::new(curvature, narrow));
     }
     mirror::<L, R>(ViewMut::new(curvature, narrow), n);
-    if with_value {
-        mirror::<L, R>(ViewMut::new(xi, narrow), n);
-    }
     let slope = &mut slope.at_mut(t)[..narrow];
     combine::<L, R>(slope, Some(q_slope.at(0)), -1.0, k, View::new(y, stride));
     clear_beyond::<L>(slope, n);
+    if with_value {
+        if !shared {
+            told.set::<L, R>(ViewMut::new(xi, narrow));
+        }
+        mirror::<L, R>(ViewMut::new(xi, narrow), n);
+    }
 
     solve_upper_beside::<L, R>(ViewMut::new(gain, stride), m, (first, stride - first), reciprocals);
     give_gains::<L, R>(shape, gain, feedback.at_mut(t), k);
