@@ -109,7 +109,7 @@ pub(crate) fn with_unit(value: f64, unit: &str) -> String {
 /// A number with its sign.
 pub(crate) fn signed(value: f64) -> String {
     let sign = if value > 0.0 { "+" } else { "" };
-    format!("{sign}{}", short(value, 4))
+    format!("{sign}{}", short(value, 3))
 }
 
 pub(crate) fn percent(from: f64, to: f64) -> String {

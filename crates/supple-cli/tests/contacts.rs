@@ -64,7 +64,11 @@ fn evaluate_warns_of_a_contact_that_is_missed_and_exits_with_1() {
     let report = folder.run(&["report", "out", "--out", "report.html"]);
     assert_eq!(report.code, Some(0), "{report:?}");
     let report = std::fs::read_to_string(folder.path("report.html")).unwrap();
-    for part in ["Contacts of the plan", "never touches wall", "the plan never makes contact with <code>wall</code>, but cost 1"] {
+    for part in [
+        "Contacts of the plan",
+        "never touches wall",
+        "the plan never makes contact with <code>wall</code>, but cost 1",
+    ] {
         assert!(report.contains(part), "{part} is not in the report");
     }
 }

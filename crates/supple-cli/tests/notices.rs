@@ -51,7 +51,7 @@ branch_attempts = 0
 "#;
 
 const WARNING: &str = "warning: arm.urdf: inertial of link `upper`: ";
-const LIMIT: &str = "    position of joint `slide`: 0.35 at step 0, above 0.3 (";
+const LIMIT: &str = "    position of joint `slide`: 0.35 at step 0, above 0.3 m (";
 
 fn arm() -> Folder {
     let folder = Folder::with_task(ARM);
@@ -90,7 +90,7 @@ fn evaluate_and_design_list_the_limits_that_the_plan_violates() {
 fn the_stiff_door_takes_more_torque_than_the_arm_has() {
     let task = repository("tasks/iiwa_door.toml");
     let page = Folder::new().run(&["evaluate", task.to_str().unwrap()]).stdout;
-    assert!(page.contains("effort of joint `iiwa_joint_6`: 311.649 at step 0, above 300 (2 steps)\n"), "{page}");
+    assert!(page.contains("effort of joint `iiwa_joint_6`: 311.649 at step 0, above 300 N m (2 steps)\n"), "{page}");
 }
 
 #[test]

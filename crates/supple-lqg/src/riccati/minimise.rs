@@ -1,7 +1,7 @@
-use supple_kernels::Lanes;
 use supple_kernels::rows::{
     Left, Product, Rows, Scaled, View, ViewMut, clear_beyond, combine, dot, factor, mirror, solve_upper_beside,
 };
+use supple_kernels::{LANES, Lanes};
 
 use super::lq::Decrease;
 use super::policy::Policy;
@@ -59,8 +59,12 @@ pub(super) fn minimise<L: Lanes, R: Rows>(
     let shared = with_value && R::CALLED;
     if shared {
         told.set::<L, R>(ViewMut::new(xi, narrow));
-        let less = Scaled { from: View::new(xi, narrow), factor: -1.0, rows: n, count: n };
-        less.add_to::<L, R>(q, ViewMut::new(curvature, narrow));
+        for first in (0..n).step_by(LANES) {
+            let (end, from) = (n.min(first + LANES), View::new(&xi[first * narrow..], narrow));
+            let less = Scaled { from, factor: -1.0, rows: end - first, count: end };
+            let base = View::new(&q.numbers[first * wide..], wide);
+            less.add_to::<L, R>(base, ViewMut::new(&mut curvature[first * narrow..], narrow));
+        }
     } else {
         told.subtract_from::<L, R>(q, ViewMut::new(curvature, narrow));
     }
