@@ -91,7 +91,7 @@ impl Channels {
 /// use supple_model::{Channel, Drive};
 ///
 /// // Torques between -80 and 80 N m.
-/// let elbow = Drive { channel: Channel::new("elbow", "N m"), effort: [-80.0, 80.0] };
+/// let elbow = Drive { channel: Channel::new("elbow", "N m"), effort: [-80.0, 80.0], acts_at_end: false };
 /// assert!(elbow.effort.iter().all(|end| end.is_finite()));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -101,6 +101,8 @@ pub struct Drive {
     /// Lower and upper limit of its effort, if its control is not itself an effort (for example a position); infinite if
     /// there is no limit, or if [`Limit`]s of the control already bound the effort.
     pub effort: [f64; 2],
+    /// Whether its effort during a step is that at the end of the step, as of position drives with implicit integration.
+    pub acts_at_end: bool,
 }
 
 /// Bounds of the real robot on a state or control.

@@ -229,6 +229,12 @@ pub trait Model: Send + Sync + 'static {
     /// The signals, in the order of their names.
     fn signal<S: Scalar>(&self, _at: &Point<S>, _out: &mut [S]) {}
 
+    /// The signals during the step to the `next` state: those of drives that [act at its end](Drive::acts_at_end) as they
+    /// are there.
+    fn signal_during<S: Scalar>(&self, at: &Point<S>, _next: &[S], out: &mut [S]) {
+        self.signal(at, out);
+    }
+
     /// The model's own cost of a stage or of the end, beside the costs of the task; `None` if it has none.
     fn own_cost(&self, _last: bool) -> Option<OwnCost> {
         None

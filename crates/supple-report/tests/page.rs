@@ -458,3 +458,17 @@ fn without_a_search_the_answer_is_told_of_what_there_is() {
         assert!(text.contains(&told), "nothing of `{told}` in {}", text.split("<table").next().unwrap_or_default());
     }
 }
+
+/// A search that ended too early, or at a local optimum, is not the last word where another design is known.
+#[test]
+fn a_better_design_on_the_same_page_is_told() {
+    let task = task("two_mass.toml");
+    let mut phi = task.phi.clone();
+    (phi[0], phi[1]) = (162.5, 100.0);
+    let of = |other: &[f64]| {
+        let folders = [folder("design", &task, design(&task, 1, 2)), folder("other", &task, evaluation(&task, other))];
+        text(&page(&folders).unwrap())
+    };
+    assert!(of(&phi).contains("But other has a design within all limits that receives 271.83 bits"));
+    assert!(!of(&task.phi).contains("But other has"));
+}

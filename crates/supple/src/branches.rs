@@ -224,12 +224,18 @@ pub fn plan_at(
     if attempts == 0 {
         return Ok(None);
     }
-    let given = (&state.plan.trajectory.controls, state.cost.expected());
+    let given = (&state.plan.trajectory.controls, cost_of_branch(state));
     let search = BranchSearch { seed, attempts, effort: usize::MAX, stop: &|| false };
     let found = search_branches(problem, task, phi, given, search);
     Error::check_stop()?;
     state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
     Ok(Some(found.count))
+}
+
+/// The expected cost of a plan by which branches are compared: infinite if the plan did not converge, or violates a limit
+/// that it has to keep, so that any plan that does not is better.
+pub(crate) fn cost_of_branch(state: &TaskState) -> f64 {
+    if state.plan.status.is_converged() { state.cost.expected() } else { f64::INFINITY }
 }
 
 /// Options of a branch search.
@@ -248,7 +254,7 @@ pub(crate) struct BranchSearch<'a> {
 
 /// What a branch search found for one task.
 pub(crate) struct Branches {
-    /// Number of different local minima found, including the given one.
+    /// Number of different local minima found, including the given one if it is one.
     pub count: usize,
     /// Controls of the one with the least expected cost.
     pub controls: Matrices,
@@ -260,7 +266,7 @@ pub(crate) struct Branches {
 /// from random multiples of the first guess, each continued to the design in small steps; if there are contacts to make,
 /// every other attempt starts from a plan that approached them. Deterministic in the seed, whatever the number of threads.
 ///
-/// If stopped, it returns what was found so far.
+/// The given plan has an infinite cost if it is no minimum. If stopped, it returns what was found so far.
 pub(crate) fn search_branches(
     problem: &Problem,
     task: &Task,
@@ -281,8 +287,9 @@ pub(crate) fn search_branches(
         let found = attempt_branch((problem, task), &scaling, phi, given.0, (&mut random, approach), state);
         (state.effort, found.ok().flatten())
     };
-    let mut branches = Branches { count: 1, controls: given.0.clone(), cost: given.1 };
-    let (mut seen, mut spent, mut next) = (vec![given.1], 0, 0);
+    let mut branches = Branches { count: 0, controls: given.0.clone(), cost: given.1 };
+    let mut seen: Vec<f64> = Some(given.1).filter(|cost| cost.is_finite()).into_iter().collect();
+    let (mut spent, mut next) = (0, 0);
     while next < attempts && !is_stopped() {
         let batch = next..(next + BATCH).min(attempts);
         next = batch.end;
@@ -292,7 +299,7 @@ pub(crate) fn search_branches(
         for (effort, found) in found {
             spent += effort;
             let Some((cost, controls)) = found else { continue };
-            if seen.iter().all(|other: &f64| (cost - other).abs() > SAME_BRANCH * (1.0 + other.abs())) {
+            if seen.iter().all(|other| (cost - other).abs() > SAME_BRANCH * (1.0 + other.abs())) {
                 seen.push(cost);
             }
             if is_cheaper(cost, branches.cost) {
@@ -322,7 +329,7 @@ pub(crate) const AROUND: f64 = 1.0 / REACHES;
 
 /// Whether a cost is so far below another that it belongs to another branch.
 pub(crate) fn is_cheaper(cost: f64, than: f64) -> bool {
-    cost < than - SAME_BRANCH * (1.0 + than.abs())
+    if than == f64::INFINITY { cost < than } else { cost < than - SAME_BRANCH * (1.0 + than.abs()) }
 }
 
 /// A number in [0, 1).

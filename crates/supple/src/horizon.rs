@@ -98,8 +98,9 @@ impl DespiteRounding {
         match &proved.law {
             Err(reason) if off > UNSURE * least.abs() => {
                 let remark = format!(
-                    "rounding may change the least cost along the plan, {least:.7}, by about {off:.1e}, and with it this \
-                     design's control law: {reason}. Give every control a price"
+                    "rounding may change the least cost along the plan, {}, by about {off:.1e}, and with it this \
+                     design's control law: {reason}. Give every control a price, and check that no number is of another order than meant",
+                    supple_text::short(least, 7)
                 );
                 Self { horizon: None, remark: Some(remark) }
             }

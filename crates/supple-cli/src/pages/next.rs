@@ -139,7 +139,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     let name = &task.name;
     if task.status == PlanStatus::LimitsExceeded {
         return Some(format!(
-            "widen the enforced limits of {name}, allow more time, or give it stronger drives or another initial state: no plan within these limits was found"
+            "look for another local minimum with `supple evaluate --branches 10`, widen the enforced limits of {name}, allow more time, or give it stronger drives or another initial state: no plan within these limits was found"
         ));
     }
     if !task.status.is_converged() {
@@ -148,7 +148,7 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
             PlanStatus::MaxIterations => {
                 "raise `max_iterations` in [planning], or `sampled.iterations` of a sampled plan,"
             }
-            _ => "try another `time_step`",
+            _ => "look for another local minimum with `supple evaluate --branches 10`, try another `time_step`,",
         };
         let status = task.status;
         return Some(format!(
@@ -188,14 +188,14 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     };
     if let Some(limit) = task.limits_violated.iter().find(effort) {
         return Some(format!(
-            "`enforce_effort_limits = true` in the task {name}: its plan exceeds the limit of `{}`{more}",
+            "`enforce_effort_limits = true` in the task {name}: its plan exceeds the limit of {}{more}",
             limit.name
         ));
     }
     if let Some(limit) = task.limits_violated.first() {
         return Some(format!(
             "more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
-             limit of `{}`{more}",
+             limit of {}{more}",
             limit.name
         ));
     }

@@ -280,6 +280,10 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.signal(&self.own(at), out);
     }
 
+    fn signal_during<S: Scalar>(&self, at: &Point<S>, next: &[S], out: &mut [S]) {
+        self.model.signal_during(&self.own(at), &next[..self.own.states], out);
+    }
+
     fn own_cost(&self, last: bool) -> Option<OwnCost> {
         self.model.own_cost(last)
     }

@@ -5,7 +5,9 @@ use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
 use crate::channels::Channel;
 use crate::physics::{EFFORT, Point};
 
-/// Torques or forces that drives exert on what they drive, N m or N. It depends on the control.
+/// Torques or forces that drives exert on what they drive during a step, N m or N. It depends on the control.
+///
+/// With implicit integration, position and velocity drives act as they do at the end of the step.
 ///
 /// As a limit in a task file:
 ///
@@ -18,6 +20,8 @@ pub struct DriveEffort {
     drives: Vec<usize>,
     /// Places among the model's signals.
     signals: Vec<usize>,
+    /// Whether any of them acts at the end of a step.
+    at_end: bool,
 }
 
 /// Torques or forces of drives, N m or N.
@@ -33,7 +37,8 @@ impl DriveEffort {
     /// The efforts of the drives with these names, or of all drives if `select` is `None`.
     pub(crate) fn of(select: Option<Vec<String>>, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
         let (drives, signals) = vocabulary.selected_drives(select, EFFORT)?;
-        Ok(Self { drives, signals })
+        let at_end = vocabulary.any_acts_at_end(&drives);
+        Ok(Self { drives, signals, at_end })
     }
 }
 
@@ -67,5 +72,9 @@ impl Measurable for DriveEffort {
 
     fn depends_on_control(&self) -> bool {
         Self::OF_CONTROL
+    }
+
+    fn needs_next(&self) -> bool {
+        self.at_end
     }
 }

@@ -17,6 +17,8 @@ use crate::physics::{POWER, Point};
 pub struct Power {
     /// Places among the model's signals.
     selected: Vec<usize>,
+    /// Whether any of the drives acts at the end of a step.
+    at_end: bool,
 }
 
 /// Mechanical power of drives, W.
@@ -33,8 +35,8 @@ impl QuantityFile for Power {
     const OF_CONTROL: bool = true;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
-        let (_, selected) = vocabulary.selected_drives(file.select, POWER)?;
-        Ok(Self { selected })
+        let (drives, selected) = vocabulary.selected_drives(file.select, POWER)?;
+        Ok(Self { selected, at_end: vocabulary.any_acts_at_end(&drives) })
     }
 }
 
@@ -56,5 +58,9 @@ impl Measurable for Power {
 
     fn depends_on_control(&self) -> bool {
         Self::OF_CONTROL
+    }
+
+    fn needs_next(&self) -> bool {
+        self.at_end
     }
 }

@@ -2,7 +2,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
-use crate::channels::Channel;
+use crate::channels::{Channel, Drive};
 use crate::physics::{EFFORT, POWER, Point};
 
 /// Signals of the model: what it computes beside its states.
@@ -12,6 +12,8 @@ use crate::physics::{EFFORT, POWER, Point};
 pub struct Signal {
     selected: Vec<usize>,
     depends_on_control: bool,
+    /// Whether any is of a drive that acts at the end of a step.
+    at_end: bool,
 }
 
 /// Signals of the model.
@@ -26,7 +28,7 @@ pub struct File {
 impl Signal {
     /// The signals at these places.
     pub fn new(selected: impl Into<Vec<usize>>) -> Self {
-        Self { selected: selected.into(), depends_on_control: false }
+        Self { selected: selected.into(), depends_on_control: false, at_end: false }
     }
 }
 
@@ -38,12 +40,13 @@ impl QuantityFile for Signal {
             return Err(Unfit::new("select", "name at least one"));
         }
         let selected = vocabulary.signals_of(&file.select)?;
-        let of_drive = |name: &String| {
-            let drive = name.strip_prefix(POWER).or_else(|| name.strip_prefix(EFFORT));
-            drive.is_some_and(|drive| vocabulary.drives.iter().any(|other| other.channel.name == drive))
+        let drive = |name: &String| {
+            let drive = name.strip_prefix(POWER).or_else(|| name.strip_prefix(EFFORT))?;
+            vocabulary.drives.iter().find(|other| other.channel.name == drive)
         };
-        let depends_on_control = file.select.iter().any(of_drive);
-        Ok(Self { selected, depends_on_control })
+        let drives: Vec<&Drive> = file.select.iter().filter_map(drive).collect();
+        let at_end = drives.iter().any(|drive| drive.acts_at_end);
+        Ok(Self { selected, depends_on_control: !drives.is_empty(), at_end })
     }
 }
 
@@ -64,6 +67,10 @@ impl Measurable for Signal {
 
     fn depends_on_control(&self) -> bool {
         self.depends_on_control
+    }
+
+    fn needs_next(&self) -> bool {
+        self.at_end
     }
 
     fn signal_of(&self, entry: usize) -> Option<usize> {

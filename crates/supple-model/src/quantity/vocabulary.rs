@@ -157,6 +157,11 @@ impl Vocabulary {
         Ok((drives, signals))
     }
 
+    /// Whether any of the drives at these places acts at the end of a step.
+    pub(super) fn any_acts_at_end(&self, drives: &[usize]) -> bool {
+        drives.iter().any(|&drive| self.drives[drive].acts_at_end)
+    }
+
     /// The places and names of an element's signals: of its deflections, or all others.
     fn of_coupling(&self, coupling: &str, deflections: bool) -> Result<Vec<(usize, &str)>, Unfit> {
         if !self.couplings.iter().any(|other| other == coupling) {

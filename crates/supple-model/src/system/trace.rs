@@ -69,17 +69,21 @@ pub(super) fn values<M: Model, S: Scalar>(
     at: &Point<S>,
     known: Option<&[S]>,
 ) -> Vec<Vec<S>> {
-    let mut signals = Vec::new();
-    if quantities.iter().any(|quantity| quantity.needs_signals()) {
-        signals.resize(model.signals().len(), S::zero());
-        model.signal(at, &mut signals);
-    }
     let needs_next = quantities.iter().any(|quantity| quantity.needs_next());
     let next = match known {
         Some(known) => known.to_vec(),
         None if needs_next => next(model, at),
         None => Vec::new(),
     };
+    let mut signals = Vec::new();
+    if quantities.iter().any(|quantity| quantity.needs_signals()) {
+        signals.resize(model.signals().len(), S::zero());
+        if needs_next {
+            model.signal_during(at, &next, &mut signals);
+        } else {
+            model.signal(at, &mut signals);
+        }
+    }
     let known = Known { signals: &signals, next: &next };
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
 }

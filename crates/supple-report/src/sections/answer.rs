@@ -88,6 +88,7 @@ fn found(part: &Part, report: &DesignReport) -> Markup {
     html! {
         p.result { (result(part, report)) }
         p { (verdict(report)) }
+        @if let Some(better) = better(part, report) { p { strong { (better) } } }
         (parameters(part, report, end))
         (results(part, report, end))
     }
@@ -232,6 +233,28 @@ fn verdict(report: &DesignReport) -> String {
     format!("{how}{branches}")
 }
 
+/// By how much less another design has to need to be better than the best design of a search.
+const BETTER: f64 = 1e-3;
+
+/// Another design of this page within all limits that receives less information than the best one of a search.
+fn better(part: &Part, report: &DesignReport) -> Option<String> {
+    let optimum = report.optimum.objective.information_bits;
+    let evaluated = part.evaluations().into_iter().filter(|(_, at)| at.feasible && at.warnings().next().is_none());
+    let evaluated = evaluated.map(|(folder, at)| (folder, at.objective.information_bits));
+    let swept = part.sweeps().into_iter().filter_map(|(folder, sweep)| {
+        let least = sweep.least().filter(|least| least.among > 0)?;
+        Some((folder, least.bits))
+    });
+    let (folder, bits) = evaluated.chain(swept).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (report.optimum.feasible && bits < optimum - BETTER * optimum.abs()).then(|| {
+        format!(
+            "But {folder} has a design within all limits that receives {} bits: the search ended at a local optimum, or its \
+             ranges or other parameters differ. Use more starts.",
+            number(bits)
+        )
+    })
+}
+
 /// The parameters from start to end.
 fn parameters(part: &Part, report: &DesignReport, end: &str) -> Markup {
     let design = part.about.parameters.design();
@@ -330,7 +353,7 @@ fn budget_remark(report: &DesignReport, budget: Option<f64>) -> [String; 2] {
 /// Comparison of roll-outs with predictions.
 fn trusted(report: &DesignReport) -> Vec<String> {
     let tasks = report.start.tasks.iter().zip(&report.optimum.tasks);
-    tasks.flat_map(|(start, end)| [trust("at the start", start), trust("at the end", end)]).flatten().collect()
+    tasks.flat_map(|(start, end)| [trust("at the start", start), trust("at the optimum", end)]).flatten().collect()
 }
 
 /// What roll-outs of a task say of the prediction, if there were any.
@@ -370,10 +393,10 @@ fn best_of(part: &Part, evaluations: &[(&str, &Evaluation)]) -> String {
     let feasible = evaluations.iter().filter(|(_, at)| at.feasible);
     let best = feasible.min_by(|(_, a), (_, b)| bits(a).total_cmp(&bits(b)));
     let mut text = match (best, evaluations) {
-        (Some((_, at)), [_]) => {
+        (Some((folder, at)), [_]) => {
             let limited = at.tasks.iter().any(|task| task.cost.bound.is_some());
             let within = if limited { "all cost limits are met" } else { "there is no cost limit" };
-            format!("The controller receives {} bits; {within}.", number(bits(at)))
+            format!("In {folder}, the controller receives {} bits; {within}.", number(bits(at)))
         }
         (Some((folder, at)), _) => {
             let (number_of, bits, values) = (evaluations.len(), number(bits(at)), part.describe(&at.parameters));
@@ -382,7 +405,7 @@ fn best_of(part: &Part, evaluations: &[(&str, &Evaluation)]) -> String {
                 "Of these {number_of} designs, {folder} receives the least information within all cost limits: {bits} bits{values}."
             )
         }
-        (None, [_]) => "The design is not within all limits with a plan that converged.".into(),
+        (None, [(folder, _)]) => format!("The design in {folder} is not within all limits with a plan that converged."),
         (None, _) => "No design is within all limits with a plan that converged.".into(),
     };
     for (folder, at) in evaluations {

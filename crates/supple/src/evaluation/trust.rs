@@ -176,8 +176,13 @@ fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let by_chance = chance(sampled.rollouts);
     let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - by_chance * bits.standard_error);
     let (error, _) = cost_error(predicted, sampled);
-    let costs = differs(predicted, sampled) && sampled.cost_mean - error > FAR_MORE * predicted.cost.abs();
-    of_filter || bits > FAR_MORE * predicted.bits.max(1.0) || costs
+    let far_more = FAR_MORE * predicted.cost.abs();
+    let costs = differs(predicted, sampled) && sampled.cost_mean - error > far_more;
+    let costs_on_finer_steps = sampled.finer.as_ref().is_some_and(|finer| {
+        finer.cost_mean - chance(finer.rollouts) * finer.difference_standard_error
+            > far_more.max(FAR_MORE * finer.own_cost_mean)
+    });
+    of_filter || bits > FAR_MORE * predicted.bits.max(1.0) || costs || costs_on_finer_steps
 }
 
 /// What is wrong, and what to try, if the same roll-outs have another cost on a plant with finer steps, the filter

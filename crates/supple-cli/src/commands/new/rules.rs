@@ -101,6 +101,9 @@ impl Rules {
             margin: 0.25,
         };
         let given = set.iter().map(|setting| rules.set(setting)).collect::<Result<Vec<_>, _>>()?;
+        if rules.force <= 0.0 && template != Template::Reach && !given.contains(&"force") {
+            return Err(no_force(limb, start));
+        }
         if given.contains(&"travel") {
             rules.check_travel(limb, template)?;
         }
@@ -321,4 +324,18 @@ pub fn four_digits(value: f64) -> f64 {
 /// A number with six digits, without a sign where it is 0.
 pub fn plain(value: f64) -> f64 {
     if value.abs() < 1e-9 { 0.0 } else { significant(value, 6) }
+}
+
+/// The error that the drives have no force left at a start, and which joints need all of their effort already.
+fn no_force(limb: &Limb, start: &Start) -> Failure {
+    let loads = start.held.iter().zip(limb.efforts()).zip(limb.joints());
+    let said = loads.filter(|((held, effort), _)| held.abs() > 0.5 * effort).map(|((held, effort), joint)| {
+        format!("holding joint `{joint}` takes {} of the {} of its drive", short(held.abs(), 3), short(effort, 3))
+    });
+    let said: Vec<String> = said.collect();
+    let why = if said.is_empty() { String::new() } else { format!(": {}", said.join(", ")) };
+    Failure::usage(format!(
+        "in no posture found can the drives press on a wall{why}, which includes springs of the robot file; give the force as \
+         `--set force=..`, choose another --frame or --at, or take the effort of joints without drives out of the file"
+    ))
 }

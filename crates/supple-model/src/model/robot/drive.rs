@@ -6,6 +6,7 @@ use supple_kernels::Scalar;
 use supple_robot::{Actuator, Law};
 
 use super::Robot;
+use super::integrator::Integrator;
 use crate::model::Limit;
 use crate::{Channel, Point, Value, channels};
 
@@ -74,14 +75,17 @@ impl Drive {
 }
 
 impl Drive {
+    /// Whether its force depends on the motion that it drives, and resists it.
+    pub fn resists(&self) -> bool {
+        let negative = |value: &Value| matches!(value, Value::Number(number) if *number < 0.0);
+        let of_motion = |servo: &Servo| !(servo.kp.is_zero() && servo.kv.is_zero());
+        self.actuator.as_ref().is_some_and(|servo| of_motion(servo) && !negative(&servo.kp) && !negative(&servo.kv))
+    }
+
     /// Decrease of its force per unit rate of the driven coordinate, with positions evaluated a time `lead`
     /// ahead: `gear^2 (kv + lead kp)`, N m s/rad or N s/m. `None` if the force does not resist motion.
     pub fn resistance<S: Scalar>(&self, at: &Point<S>, lead: S) -> Option<S> {
-        let Servo { kp, kv, .. } = self.actuator.as_ref()?;
-        let negative = |value: &Value| matches!(value, Value::Number(number) if *number < 0.0);
-        if negative(kp) || negative(kv) {
-            return None;
-        }
+        let Servo { kp, kv, .. } = self.actuator.as_ref().filter(|_| self.resists())?;
         Some(at.value(self.gear).square() * (at.value(*kv) + lead * at.value(*kp)))
     }
 }
@@ -138,7 +142,13 @@ impl Robot {
                 effort = [effort[0].max(a.min(b)), effort[1].min(a.max(b))];
             }
         }
-        channels::Drive { channel: Channel::new(self.drive_name(drive), self.units(drive)[1]), effort }
+        let channel = Channel::new(self.drive_name(drive), self.units(drive)[1]);
+        channels::Drive { channel, effort, acts_at_end: self.acts_at_end(drive) }
+    }
+
+    /// Whether the force of a drive is that at the end of a step (theory, equation R.21).
+    pub(super) fn acts_at_end(&self, drive: &Drive) -> bool {
+        self.integrator == Integrator::Implicit && drive.resists()
     }
 
     /// The effort limit of a drive's joint in the robot file; infinite if it has none.

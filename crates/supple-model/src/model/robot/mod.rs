@@ -181,6 +181,11 @@ impl Model for Robot {
         run(self, Part::Signals, at, out);
     }
 
+    fn signal_during<S: Scalar>(&self, at: &Point<S>, next: &[S], out: &mut [S]) {
+        self.signal(at, out);
+        self.move_drives_to_end(at, next, out);
+    }
+
     fn frame_names(&self) -> Vec<String> {
         self.bodies.frame_names().into_iter().map(str::to_owned).collect()
     }

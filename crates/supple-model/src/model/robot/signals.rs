@@ -54,6 +54,20 @@ impl Robot {
         values
     }
 
+    /// Replaces the signals of drives that act at the end of a step by their values there, where the state is `next`.
+    pub(super) fn move_drives_to_end<S: Scalar>(&self, at: &Point<S>, next: &[S], signals: &mut [S]) {
+        let (_, positions) = self.positions();
+        let first = signals.len() - CENTER_OF_MASS.len() - 2 * self.drives.len();
+        for ((drive, &u), own) in self.drives.iter().zip(at.u).zip(signals[first..].as_chunks_mut().0) {
+            if self.acts_at_end(drive) {
+                let place = self.driven(drive);
+                let rate = next[positions + place];
+                let effort = drive.force(at, u, next[place], rate);
+                *own = [effort, effort * rate];
+            }
+        }
+    }
+
     /// Elastic joints, and the elements that make them elastic.
     pub(super) fn elastic_joints(&self) -> Vec<(String, String)> {
         let elements = |dof: usize| self.compliance.iter().filter(move |element| element.kind.is_motor_of(dof));

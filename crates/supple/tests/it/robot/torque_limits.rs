@@ -306,6 +306,34 @@ fn position_drives_keep_the_efforts_of_their_joints() {
     assert_eq!((of_servo.limits, &*of_servo.of), ([-135.0, 135.0], "robot"));
 }
 
+/// Under implicit integration, the torque of a position drive is that at the end of each step: `kp (u - q) - kv q'` of the
+/// state that the step leads to. A limit that is kept at the beginning of steps alone was exceeded twofold by their ends.
+#[test]
+fn position_drives_keep_their_limits_at_the_ends_of_steps() {
+    let costs = cost("joint_position", "target = [0.4, -0.3, 0.1]\nweight = 1e3") + &cost("control", "weight = 1e-3");
+    let drives = "[model.drives]\nshoulder = { kp = 4000.0, kv = 80.0 }\nelbow = { kp = 4000.0, kv = 80.0 }\n";
+    let text = Description { steps: 40, ..arm().with(drives).costing(&costs) }.text();
+    let limit = "limits = [{ kind = \"drive_effort\", select = [\"shoulder\"], lower = -30.0, upper = 30.0, enforce = true }]\n";
+    let text = text.replace("steps = ", &format!("{limit}steps = "));
+    let problem = supple_file::parse(&text, "tests/data/task.toml").unwrap();
+    let options = EvaluateOptions { trajectories: true, rollouts: 0, ..Default::default() };
+    let at = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
+    assert!(at.tasks[0].status.is_converged(), "{:?}", at.tasks[0].warnings);
+    let trajectory = at.tasks[0].trajectory.as_ref().unwrap();
+    let place = |name: &str| trajectory.state_names.iter().position(|other| other == name).unwrap();
+    let (q, v) = (place("q.shoulder"), place("v.shoulder"));
+    let control = trajectory.control_names.iter().position(|name| name.ends_with("shoulder")).unwrap();
+    let torque = |step: usize| {
+        let end = &trajectory.states[step + 1];
+        4000.0 * (trajectory.controls[step][control] - end[q]) - 80.0 * end[v]
+    };
+    let torques: Vec<f64> = (0..trajectory.controls.len()).map(torque).collect();
+    let most = torques.iter().fold(0.0_f64, |most, torque| most.max(torque.abs()));
+    assert!(most > 29.9 && most < 30.0 * (1.0 + 1e-6), "{most}");
+    let shown = trajectory.quantities.iter().find(|quantity| quantity.name == "effort of shoulder").unwrap();
+    assert!(relative_error(&shown.values, &torques) < 1e-9, "{:?} {torques:?}", shown.values);
+}
+
 #[test]
 fn limits_must_be_known() {
     let drives = "[model.drives.shoulder]\ngear = \"g\"\n[model.drives.elbow]\ngear = \"g\"\n\
