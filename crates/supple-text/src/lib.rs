@@ -253,7 +253,7 @@ pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     let likeness = |name: &str| strsim::jaro_winkler(&found, &name.to_lowercase());
     let named = valid.iter().map(|name| (likeness(name.as_ref()), name.as_ref()));
     let (best, name) = named.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best > 0.7 && 2 * name.len() >= found.len()).then(|| format!("did you mean `{name}`?"))
+    (best > 0.7 && 3 * name.len() >= found.len()).then(|| format!("did you mean `{name}`?"))
 }
 
 /// The list of valid names for an error message: `it has a, b`, or `none are defined`.

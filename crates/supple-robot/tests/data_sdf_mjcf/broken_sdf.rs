@@ -223,7 +223,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a place relative to what is unknown",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose relative_to='base'>0 0 0 0 0 0</pose></link>\n</model></sdf>",
-        "robot.xml:4:20: pose of link `a`: there is no link, joint or frame `base`; known: `__model__`, `a` (did you mean `a`?)",
+        "robot.xml:4:20: pose of link `a`: there is no link, joint or frame `base`; known: `__model__`, `a`",
     ),
     (
         "two links of one name",

@@ -130,8 +130,12 @@ sensors = "sensors.csv"
     let found = read(more, WithSensors::All).unwrap();
     let measured: Vec<_> = found.tasks[0].system.channels().measurements.into_iter().take(4).collect();
     let named: Vec<String> = measured.iter().map(|channel| format!("{}, {}", channel.name, channel.unit)).collect();
-    let expected =
-        ["y of the centre of mass, m", "x of the centre of mass, m", "normal force of wall, N", "clearance of wall, m"];
+    let expected = [
+        "y of the centre of mass, m",
+        "x of the centre of mass, m",
+        "smoothed normal force of wall, N",
+        "clearance of wall, m",
+    ];
     assert_eq!(named, expected);
     assert_eq!(found.tasks[0].system.dimensions().measurements, 10);
     assert!(found.evaluate(&phi, &Default::default()).unwrap().objective.information_nats > 0.0);
