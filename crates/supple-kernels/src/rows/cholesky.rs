@@ -280,23 +280,23 @@ unsafe fn eliminate<L: Lanes>(at: *mut f64, stride: usize, size: usize, width: u
     let mut reciprocals = [1.0; LANES];
     // SAFETY: the caller's.
     unsafe {
-        for j in 0..size {
+        for (j, reciprocal) in reciprocals.iter_mut().enumerate().take(size) {
             let row = at.add(j * stride);
             let pivot = *row.add(j);
             if !is_positive(pivot) {
                 return Err(j);
             }
-            reciprocals[j] = 1.0 / pivot;
+            *reciprocal = 1.0 / pivot;
             let mut factors = [0.0; LANES];
-            for i in j + 1..size {
-                factors[i] = *row.add(i);
+            for (i, factor) in factors.iter_mut().enumerate().take(size).skip(j + 1) {
+                *factor = *row.add(i);
             }
             let mut column = 0;
             while column < width {
-                let scaled = L::load(row.add(column)) * L::constant(reciprocals[j]);
-                for i in j + 1..size {
+                let scaled = L::load(row.add(column)) * L::constant(*reciprocal);
+                for (i, factor) in factors.iter().enumerate().take(size).skip(j + 1) {
                     let to = at.add(i * stride + column);
-                    L::constant(factors[i]).neg_mul_add(scaled, L::load(to)).store(to);
+                    L::constant(*factor).neg_mul_add(scaled, L::load(to)).store(to);
                 }
                 column += LANES;
             }
