@@ -281,9 +281,10 @@ def test_a_search_is_stopped_by_its_button_and_by_closing_the_page(served, brows
     explorer = served(TASKS / "iiwa_door.toml")
     driver = browsers(explorer.address, prefers_reduced_motion="reduce")
     start = values(driver)
-    # While the first design is still being planned.
+    # While the first design is still being planned, or just after it on a busy machine.
     click(driver, "design")
-    assert driver.find_element(By.ID, "search-text").text.startswith("Evaluating the design on screen")
+    text = driver.find_element(By.ID, "search-text").text
+    assert text.startswith("Evaluating the design on screen") or "designs evaluated" in text, text
     clock = time.time()
     click(driver, "search-stop")
     until(driver, "!Explore.tools.search.running")
