@@ -25,6 +25,7 @@
 //!     TraceOptions { starts: 1, methods: vec![Method::Sqp], gradients: vec![GradientKind::Total], seed: 0 };
 //! let trace = run(&task, &options, None, Watch::default())?;
 //! let search = &trace.runs[0];
+//! assert!(search.is_within() && trace.best() == Some(search));
 //! assert!(!search.path.is_empty() && search.stepped().count() >= 1);
 //! assert!(search.end.information_nats < search.path[0].information_nats);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -115,7 +116,22 @@ pub struct TracePoint {
     pub costs: Vec<f64>,
 }
 
+impl Trace {
+    /// The search that ended at the best design within all bounds; `None` if none did.
+    #[must_use]
+    pub fn best(&self) -> Option<&TraceRun> {
+        let within = self.runs.iter().filter(|run| run.is_within());
+        within.min_by(|a, b| a.end.information_nats.total_cmp(&b.end.information_nats))
+    }
+}
+
 impl TraceRun {
+    /// Whether it ended at a design that meets every bound.
+    #[must_use]
+    pub fn is_within(&self) -> bool {
+        self.status.meets_bounds() && self.end.information_nats.is_finite()
+    }
+
     /// The designs that the optimiser stepped to, and where it ended.
     pub fn stepped(&self) -> impl Iterator<Item = &TracePoint> + Clone {
         self.steps.iter().filter_map(|&step| self.path.get(step)).chain(std::iter::once(&self.end))

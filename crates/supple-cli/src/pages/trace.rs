@@ -32,7 +32,7 @@ pub fn trace_page(about: &About, study: &Trace) -> String {
             method.to_string(),
             gradient.to_string(),
             count(&|run| run.status == DesignStatus::Converged),
-            count(&is_within),
+            count(&TraceRun::is_within),
             spread(runs.iter().map(bits)),
         ];
         for task in 0..about.tasks.len() {
@@ -70,11 +70,6 @@ fn kinds(study: &Trace) -> Vec<(Method, GradientKind)> {
     study.options.methods.iter().flat_map(gradients).collect()
 }
 
-/// Whether a run ended at a design that meets every bound.
-fn is_within(run: &TraceRun) -> bool {
-    run.status.meets_bounds() && run.end.information_nats.is_finite()
-}
-
 /// The least and the greatest of some numbers.
 fn spread(values: impl Iterator<Item = f64>) -> String {
     let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
@@ -89,12 +84,12 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
 
 /// Who found the best design.
 fn best(study: &Trace) -> String {
-    let within = || study.runs.iter().filter(|run| is_within(run));
-    let Some(best) = within().min_by(|a, b| a.end.information_nats.total_cmp(&b.end.information_nats)) else {
+    let Some(best) = study.best() else {
         return "No search ended at a design within all cost limits.\n".to_owned();
     };
     let least = best.end.information_nats;
-    let same = within().filter(|run| (run.end.information_nats - least).abs() <= SAME_END * least.abs()).count();
+    let within = study.runs.iter().filter(|run| run.is_within());
+    let same = within.filter(|run| (run.end.information_nats - least).abs() <= SAME_END * least.abs()).count();
     let values: Vec<String> =
         best.end.parameters.0.iter().map(|(name, value)| format!("{name} = {}", number(*value))).collect();
     format!(

@@ -303,6 +303,7 @@ impl Mirror {
                     L::load(to).first(n % LANES).store(to);
                 }
             }
+            // Few entries are moved fastest one by one.
             if n > LANES {
                 return mirror_columns::<L>((a.at, a.stride), (first, n), (0, n));
             }

@@ -234,10 +234,9 @@ impl Job for Factor<'_> {
                     let (left, right) = ((a.add(first).cast_const(), stride), a.add(first).cast_const());
                     subtract_product::<L, true>((at, stride), left, right, (size, first, width - first));
                 }
-                let beside = width - first - LANES;
                 let reciprocals = match L::WIDE {
                     true => pivots::<L>(at, stride, size),
-                    false => eliminate::<L>(at, stride, size, LANES + beside),
+                    false => eliminate::<L>(at, stride, size, width - first),
                 };
                 let reciprocals = match reciprocals {
                     Ok(reciprocals) => reciprocals,
@@ -245,7 +244,8 @@ impl Job for Factor<'_> {
                 };
                 kept[first..first + LANES].copy_from_slice(&reciprocals);
                 if L::WIDE {
-                    Block { factor: at, stride, size, reciprocals }.forward::<L>(at.add(LANES), stride, beside);
+                    let block = Block { factor: at, stride, size, reciprocals };
+                    block.forward::<L>(at.add(LANES), stride, width - first - LANES);
                 }
                 first += LANES;
             }

@@ -11,7 +11,7 @@ use crate::contacts::{Contact, ContactState};
 use crate::cost::Cost;
 use crate::followed::Followed;
 use crate::noise::Covariance;
-use crate::quantity::{Known, Quantity, Sensor, Unfit, Vocabulary};
+use crate::quantity::{Known, Quantity, Sensor, Unfit, Vocabulary, signals_for};
 use crate::scene::Picture;
 use crate::system::{Authored, System};
 
@@ -158,16 +158,6 @@ impl<M: ModelFile> Equipped<M> {
     fn own<'a, S: Scalar>(&self, at: &Point<'a, S>) -> Point<'a, S> {
         Point { x: &at.x[..self.own.states], ..*at }
     }
-
-    /// The model's signals, if any of these quantities takes them.
-    fn signals_for<'q, S: Scalar>(&self, at: &Point<S>, mut of: impl Iterator<Item = &'q Quantity>) -> Vec<S> {
-        let mut signals = Vec::new();
-        if of.any(Quantity::needs_signals) {
-            signals.resize(self.model.signals().len(), S::zero());
-            self.model.signal(at, &mut signals);
-        }
-        signals
-    }
 }
 
 /// The numbers of the quantity that was asked for last: entries of one quantity are consecutive.
@@ -222,7 +212,8 @@ impl<M: ModelFile> Model for Equipped<M> {
         let all = || self.equipment.added.iter().filter_map(|(entry, ..)| entry.of_last_step());
         // What it measures does not depend on the unknowns of the step.
         let at = &Point { w: &[], ..*at };
-        let signals = self.signals_for(at, all().map(|(quantity, _)| quantity));
+        let quantities: Vec<&Quantity> = all().map(|(quantity, _)| quantity).collect();
+        let signals = signals_for(&self.model, &quantities, at, next);
         let known = Known { signals: &signals, next };
         let mut last = Last::default();
         for (recalled, (quantity, entry)) in recalled.iter_mut().zip(all()) {
@@ -236,7 +227,8 @@ impl<M: ModelFile> Model for Equipped<M> {
         let mut own = vec![S::zero(); self.own.measurements];
         self.model.observe(at, &mut own);
         let Equipment { kept, added, .. } = &self.equipment;
-        let signals = self.signals_for(at, added.iter().filter_map(|(entry, ..)| entry.of_now()));
+        let quantities: Vec<&Quantity> = added.iter().filter_map(|(entry, ..)| entry.of_now()).collect();
+        let signals = signals_for(&self.model, &quantities, at, &[]);
         let known = Known { signals: &signals, next: &[] };
         let (mut last, mut recalled) = (Last::default(), recalled.iter());
         let (first, rest) = y.split_at_mut(kept.len());

@@ -11,7 +11,7 @@ use super::{Known, Measurable, Vocabulary};
 use crate::channels::Channel;
 use crate::document::Unfit;
 use crate::parameters::Parameters;
-use crate::physics::Point;
+use crate::physics::{Model, Point};
 
 /// A quantity of any kind: every [`Measurable`] can be converted to it by `into`.
 ///
@@ -29,6 +29,7 @@ trait Kind: Any + Debug + Send + Sync {
     fn depends_on_control(&self) -> bool;
     fn needs_signals(&self) -> bool;
     fn needs_next(&self) -> bool;
+    fn needs_signals_during(&self) -> bool;
     fn rate_of(&self, entry: usize) -> Option<usize>;
     fn least_targets(&self) -> usize;
     fn needs_target(&self) -> bool;
@@ -60,6 +61,9 @@ impl<Q: Measurable> Kind for Q {
     }
     fn needs_next(&self) -> bool {
         Measurable::needs_next(self)
+    }
+    fn needs_signals_during(&self) -> bool {
+        Measurable::needs_signals_during(self)
     }
     fn rate_of(&self, entry: usize) -> Option<usize> {
         Measurable::rate_of(self, entry)
@@ -163,10 +167,16 @@ impl Quantity {
         self.0.needs_signals()
     }
 
-    /// Whether it depends on the next state.
+    /// Whether it depends on the next state, or takes signals that do.
     #[must_use]
     pub fn needs_next(&self) -> bool {
-        self.0.needs_next()
+        self.0.needs_next() || self.0.needs_signals_during()
+    }
+
+    /// Whether sensors can measure it, at once or one step later: the next state may be part of it only as far as the process
+    /// noise in it is known, that is, by [`Measurable::rate_of`], or not at all, as in signals during the step.
+    pub(super) fn is_measurable(&self) -> bool {
+        !self.0.needs_next() || (0..self.len()).all(|entry| self.rate_of(entry).is_some())
     }
 
     /// The state whose rate an entry is: see [`Measurable::rate_of`].
@@ -200,4 +210,23 @@ impl Quantity {
     pub fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         self.0.check(parameters)
     }
+}
+
+/// The model's signals at a point, or during the step to `next` if any of these quantities takes such; empty if none
+/// takes signals.
+pub(crate) fn signals_for<M: Model, S: Scalar>(
+    model: &M,
+    quantities: &[&Quantity],
+    at: &Point<S>,
+    next: &[S],
+) -> Vec<S> {
+    let mut signals = Vec::new();
+    if quantities.iter().any(|quantity| quantity.needs_signals()) {
+        signals.resize(model.signals().len(), S::zero());
+        match quantities.iter().any(|quantity| quantity.0.needs_signals_during()) {
+            true => model.signal_during(at, next, &mut signals),
+            false => model.signal(at, &mut signals),
+        }
+    }
+    signals
 }

@@ -74,7 +74,7 @@ impl Measurable for DriveEffort {
         Self::OF_CONTROL
     }
 
-    fn needs_next(&self) -> bool {
+    fn needs_signals_during(&self) -> bool {
         self.at_end
     }
 }

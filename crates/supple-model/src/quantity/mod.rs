@@ -73,6 +73,7 @@ mod vocabulary;
 pub use crate::document::NoKeys;
 pub use crate::document::Unfit;
 pub use any::Quantity;
+pub(crate) use any::signals_for;
 pub use center_of_mass::CenterOfMass;
 pub use clearance::Clearance;
 pub use contact_force::ContactForce;
@@ -179,6 +180,11 @@ pub trait Measurable: Debug + Send + Sync + 'static {
 
     /// Whether it depends on the next state.
     fn needs_next(&self) -> bool {
+        false
+    }
+
+    /// Whether it takes signals [during](crate::Model::signal_during) a step, of drives that act at its end.
+    fn needs_signals_during(&self) -> bool {
         false
     }
 

@@ -60,7 +60,7 @@ impl Measurable for Power {
         Self::OF_CONTROL
     }
 
-    fn needs_next(&self) -> bool {
+    fn needs_signals_during(&self) -> bool {
         self.at_end
     }
 }

@@ -105,7 +105,7 @@ pub fn read_sensor(kind: &str, table: Reader, spot: Spot, context: &Context) -> 
     let unfit = |key: &'static str, message: &str| Unfit::new(key, message).at(spot.document, spot.at);
     let (noise, keys_of_noise) = Noise::of(table, spot)?;
     let quantity = context.read(kind, table.beside(KEYS), spot)?;
-    if quantity.needs_next() && (0..quantity.len()).any(|entry| quantity.rate_of(entry).is_none()) {
+    if !quantity.is_measurable() {
         return Err(unfit("kind", &format!("`{kind}` cannot be measured: it depends on the next state")));
     }
     if quantity.is_empty() {

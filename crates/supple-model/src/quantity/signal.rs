@@ -69,7 +69,7 @@ impl Measurable for Signal {
         self.depends_on_control
     }
 
-    fn needs_next(&self) -> bool {
+    fn needs_signals_during(&self) -> bool {
         self.at_end
     }
 

@@ -3,7 +3,7 @@ use supple_kernels::{Ldl, Scalar};
 
 use crate::cost::Cost;
 use crate::physics::solved;
-use crate::quantity::{Known, Quantity};
+use crate::quantity::{Known, Quantity, signals_for};
 use crate::{Model, Point, Value};
 
 /// Numbers of the sources that programs read.
@@ -75,15 +75,7 @@ pub(super) fn values<M: Model, S: Scalar>(
         None if needs_next => next(model, at),
         None => Vec::new(),
     };
-    let mut signals = Vec::new();
-    if quantities.iter().any(|quantity| quantity.needs_signals()) {
-        signals.resize(model.signals().len(), S::zero());
-        if needs_next {
-            model.signal_during(at, &next, &mut signals);
-        } else {
-            model.signal(at, &mut signals);
-        }
-    }
+    let signals = signals_for(model, quantities, at, &next);
     let known = Known { signals: &signals, next: &next };
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
 }

@@ -6,7 +6,7 @@ use supple_study::pareto::Pareto;
 use supple_study::robustness::Robustness;
 use supple_study::sensors::{SensorGoal, Sensors};
 use supple_study::sweep::Sweep;
-use supple_study::trace::{Trace, TraceRun};
+use supple_study::trace::Trace;
 
 use crate::numbers::{bits, number, with_unit};
 use crate::part::Part;
@@ -71,10 +71,8 @@ fn front(front: &Pareto) -> String {
 
 fn trace(part: &Part, trace: &Trace) -> String {
     let converged = trace.runs.iter().filter(|run| run.status == DesignStatus::Converged).count();
-    let within = |run: &&TraceRun| run.status.meets_bounds() && run.end.information_nats.is_finite();
-    let least = |a: &&TraceRun, b: &&TraceRun| a.end.information_nats.total_cmp(&b.end.information_nats);
     let ended = format!("{converged} of {} converged", trace.runs.len());
-    match trace.runs.iter().filter(within).min_by(least) {
+    match trace.best() {
         Some(best) => {
             let end = &best.end;
             let at = list(&part.describe(&end.parameters));

@@ -9,7 +9,7 @@ use supple_study::sweep::{Axis, Sweep};
 use super::Context;
 use super::convergence::kind;
 use super::level_lines::level_line;
-use super::pareto::marker;
+use super::pareto::{CROSSES, marker};
 use crate::numbers::{bits, labelled, number};
 use crate::part::Part;
 use crate::plots::{Choice, Plot, Plots, View, colour, dash};
@@ -69,14 +69,13 @@ impl Quantity {
 /// The points of a sweep whose plans never make a contact whose force a cost tracks, with their values of these quantities.
 fn without_contact(sweep: &Sweep, quantities: &[Quantity]) -> Mark {
     let axes = &sweep.options.axes;
-    let columns: Vec<_> = axes.iter().map(|axis| sweep.table.numbers(&axis.parameter).unwrap_or_default()).collect();
+    let missed: Vec<f64> = sweep.contacts_made().into_iter().map(|made| f64::from(u8::from(!made))).collect();
     let (mut points, mut heights) = (Vec::new(), Vec::new());
-    for row in sweep.contacts_made().into_iter().enumerate().filter(|(_, made)| !made).map(|(row, _)| row) {
-        let value = |axis: usize| columns.get(axis).map_or(0.0, |column| column[row]);
-        let place = |axis: usize| axes.get(axis).map_or(Some(0), |axis_of| nearest(&axis_of.values, value(axis)));
-        let (Some(column), Some(line)) = (place(0), place(1)) else { continue };
-        points.push([value(0), value(1)]);
-        heights.push(quantities.iter().map(|quantity| quantity.values[line][column]).collect());
+    for (line, missed) in grid(sweep, axes, &missed).into_iter().enumerate() {
+        for (column, _) in missed.into_iter().enumerate().filter(|(_, missed)| *missed == 1.0) {
+            points.push([axes[0].values[column], axes.get(1).map_or(0.0, |axis| axis.values[line])]);
+            heights.push(quantities.iter().map(|quantity| quantity.values[line][column]).collect());
+        }
     }
     let name = "contact never made".into();
     Mark { name, group: None, first: true, points, heights, symbol: "x", colour: "@2".into() }
@@ -87,7 +86,7 @@ fn crosses(missed: &Mark) -> &'static str {
     if missed.points.is_empty() {
         return "";
     }
-    " Crosses: designs whose plan never makes a contact whose force a cost tracks."
+    CROSSES
 }
 
 /// Information, and the cost of every task. A table in which points are missing has gaps.
@@ -184,7 +183,7 @@ fn curves(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
     let (mut traces, mut views) = (Vec::new(), Vec::new());
     let quantities = quantities(part, sweep);
     let missed = without_contact(sweep, &quantities);
-    let is_missed = |value: &f64| missed.points.iter().any(|at| nearest(&[at[0]], *value).is_some());
+    let is_missed = |value: &f64| missed.points.iter().any(|at| at[0] == *value);
     let (symbols, sizes): (Vec<_>, Vec<_>) =
         axes[0].values.iter().map(|value| if is_missed(value) { ("x", 9) } else { ("circle", 5) }).unzip();
     for quantity in quantities {

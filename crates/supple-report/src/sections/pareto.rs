@@ -123,11 +123,7 @@ fn tradeoff(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut
         number(y[loose]),
         number(axis.values[loose])
     );
-    let crosses = if front.points.iter().all(|point| point.warnings.is_empty()) {
-        ""
-    } else {
-        " Crosses: designs whose plan never makes a contact whose force a cost tracks."
-    };
+    let crosses = if front.points.iter().all(|point| point.warnings.is_empty()) { "" } else { CROSSES };
     plots.add(Plot {
         title,
         alternative,
@@ -143,6 +139,9 @@ fn tradeoff(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut
         choice: None,
     })
 }
+
+/// What captions say of crossed points.
+pub const CROSSES: &str = " Crosses: designs whose plan never makes a contact whose force a cost tracks.";
 
 /// The symbol of a design.
 pub fn marker(index: usize) -> &'static str {

@@ -18,7 +18,7 @@ const MOST_TRIED: usize = 120;
 /// How far joints without limits are searched, rad or m.
 const FAR: f64 = 0.5 * PI;
 /// Share of an effort limit that holding a posture may take.
-const LOADED: f64 = 0.8;
+pub const LOADED: f64 = 0.8;
 /// Limbs with fewer joints can only move their tool on a line or surface: their tasks specify joint positions,
 /// and their tools press in a direction in which they can move.
 pub const FEW: usize = 3;

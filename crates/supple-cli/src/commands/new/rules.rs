@@ -6,7 +6,7 @@ use supple_robot::vector::dot;
 use supple_text::{digits, nearest, quoted, short, significant};
 
 use super::limb::Limb;
-use super::place::Start;
+use super::place::{LOADED, Start};
 use crate::failure::Failure;
 use crate::template::Template;
 
@@ -326,10 +326,10 @@ pub fn plain(value: f64) -> f64 {
     if value.abs() < 1e-9 { 0.0 } else { significant(value, 6) }
 }
 
-/// The error that the drives have no force left at a start, and which joints need all of their effort already.
+/// The error that the drives have no force left at a start, and which joints need their effort already.
 fn no_force(limb: &Limb, start: &Start) -> Failure {
     let loads = start.held.iter().zip(limb.efforts()).zip(limb.joints());
-    let said = loads.filter(|((held, effort), _)| held.abs() > 0.5 * effort).map(|((held, effort), joint)| {
+    let said = loads.filter(|((held, effort), _)| held.abs() >= LOADED * effort).map(|((held, effort), joint)| {
         format!("holding joint `{joint}` takes {} of the {} of its drive", short(held.abs(), 3), short(effort, 3))
     });
     let said: Vec<String> = said.collect();

@@ -22,7 +22,7 @@ use crate::channels;
 use crate::contacts::{Contact, ContactState};
 use crate::document::FileError;
 use crate::physics::FileSensor;
-use crate::quantity::{Known, Sensor, Unfit};
+use crate::quantity::{Known, Sensor, Unfit, signals_for};
 use crate::scene::Picture;
 
 mod build;
@@ -158,12 +158,8 @@ impl Model for Robot {
     }
 
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
-        let needed = self.sensors.iter().any(|sensor| sensor.quantity.needs_signals());
-        let mut signals = Vec::new();
-        if needed {
-            signals.resize(self.signal_names().len(), S::zero());
-            self.signal(at, &mut signals);
-        }
+        let quantities: Vec<_> = self.sensors.iter().map(|sensor| &sensor.quantity).collect();
+        let signals = signals_for(self, &quantities, at, &[]);
         let known = Known { signals: &signals, next: &[] };
         let mut rest = y;
         for sensor in &self.sensors {

@@ -95,6 +95,23 @@ fn the_plan_is_that_without_such_sensors() {
     assert!(at.feasible && at.warnings().next().is_none(), "{:?}", at.warnings().collect::<Vec<_>>());
 }
 
+/// A meter of the torque of a position drive measures what moved the joint: the torque at the end of the last step.
+#[test]
+fn efforts_of_position_drives_are_measured() {
+    let drives = "[model.drives]\nshoulder = { kp = 400.0, kv = 20.0 }\n";
+    let sensors =
+        sensor("joint_position", ENCODERS) + &sensor("drive_effort", "select = [\"shoulder\"]\nvariance = 0.1");
+    let problem = arm().with(drives).sensing(&sensors).problem();
+    let found = evaluated(&problem);
+    let (x, u) = (&found.plan.trajectory.states, &found.plan.trajectory.controls);
+    for t in [1, 3, problem.tasks[0].steps] {
+        let (now, before) = (x.vector(t), u.vector(t - 1));
+        let torque = 400.0 * (before[0] - now[0]) - 20.0 * now[3];
+        let y = observe(&problem, now, &[]);
+        assert!((y[3] - torque).abs() < 1e-9 * (1.0 + torque.abs()), "{} for {torque} at {t}", y[3]);
+    }
+}
+
 #[test]
 fn catalogues_offer_them_and_may_leave_them_out() {
     let catalogue = "[catalogue]\nbase = [\"q.elbow\", \"a.slide\"]\nchosen = [\"imu\"]\n\
