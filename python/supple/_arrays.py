@@ -97,6 +97,8 @@ def numbers(name: str, given: ArrayLike) -> Array:
         found = np.asarray(given)
     except ValueError:
         raise UsageError(f"{name} is no array: its rows have different lengths") from None
+    if hasattr(given, "toarray") and found.dtype.kind == "O":
+        raise UsageError(f"{name} is a {type(given).__name__}: make it dense, by `.toarray()`")
     if found.dtype.kind not in "biuf":
         raise UsageError(f"{name} holds {found.dtype}: it must hold real numbers")
     return np.array(found, dtype=np.float64, order="C")
@@ -196,7 +198,7 @@ def _checked(name: str, found: Array, definite: bool) -> Array:
 
 
 def _even(found: Array) -> Array:
-    return np.ascontiguousarray(0.5 * (found + np.swapaxes(found, -1, -2)))
+    return np.ascontiguousarray(0.5 * found + 0.5 * np.swapaxes(found, -1, -2))
 
 
 def _check_symmetric(name: str, found: Array) -> None:

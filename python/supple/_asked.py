@@ -15,7 +15,7 @@ from ._arrays import check_unmasked, numbers
 from .errors import UsageError
 
 __all__ = ["Axes", "Chosen", "Vary", "axis_values", "bound_points", "check_choice", "check_counts", "check_name"]
-__all__ += ["check_out", "designs_of", "finite", "logged", "pairs", "real"]
+__all__ += ["changed", "check_out", "designs_of", "finite", "logged", "pairs", "real"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -80,6 +80,18 @@ def check_choice(name: str, values: Iterable[str | None], valid: Iterable[str | 
 def check_name(name: str, value: str | None) -> None:
     if not (value is None or isinstance(value, str)):
         raise UsageError(f"{name}={value!r}: a name, as text")
+
+
+def changed(values: Mapping[str, float] | None, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Parameter values from a mapping and from keywords.
+
+    Raises:
+        UsageError: If one is given twice.
+    """
+    twice = next((name for name in values or {} if name in parameters), None)
+    if twice is not None:
+        raise UsageError(f"`{twice}` is given twice, in a dict and as a keyword: leave one out")
+    return {**(values or {}), **parameters}
 
 
 def check_out(out: object, executor: object) -> None:

@@ -154,7 +154,19 @@ def names(what: str, given: int | Sequence[str] | Mapping[str, str], letter: str
             raise UsageError(f"{what}={list(given)!r}: a name occurs twice")
     if not found:
         raise UsageError(f"{what}={given!r}: there must be at least one")
+    for name in found:
+        check_printable(what, name)
     return found
+
+
+def check_printable(what: str, name: object) -> None:
+    """Checks a name.
+
+    Raises:
+        UsageError: If it is not a text, empty, or breaks lines.
+    """
+    if not (isinstance(name, str) and name.strip() and name.isprintable()):
+        raise UsageError(f"{what}: {name!r} is no name: valid: text in one line, not empty")
 
 
 def parameters(given: Mapping[str, Parameter]) -> dict[str, Parameter]:
@@ -248,12 +260,16 @@ def bounds(given: Sequence[tuple[float, float]] | None) -> list[list[float | Non
         pairs = [(real(lower), real(upper)) for lower, upper in given]
     except (TypeError, ValueError):
         raise UsageError(f"control_bounds={given!r}: one pair (least, greatest) for each control") from None
+    if any(math.isnan(bound) for pair in pairs for bound in pair):
+        raise UsageError(f"control_bounds={given!r}: a bound is nan; plus or minus infinity for none")
     sides = ([pair[side] for pair in pairs] for side in (0, 1))
     return [[bound if math.isfinite(bound) else None for bound in side] for side in sides]
 
 
 def made(description: dict[str, Any]) -> Task:
     """The task of a description; other processes rebuild the task in the same way."""
+    for task in json.loads(description["plain"])["tasks"]:
+        check_printable("name of the task", task["name"])
     described = {"source": source(description), **description}
     return Task(NativeTask.own(described), ("own", described))
 

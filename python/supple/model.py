@@ -268,6 +268,9 @@ class Model:
         }
 
         def made(system: dict[str, Any], error: DerivativeError) -> Task:
+            described["doubts"] = [f"task `{name}`: {doubt}" for doubt in self._doubts(near, error)]
+            for doubt in described["doubts"]:
+                LOGGER.warning("%s", doubt)
             # Roll-outs would call Python functions some hundred thousand times: they are made only on request.
             unasked = {"rollouts": 0} if system["kind"] == "callback" else {}
             text = json.dumps({**plain, "design": {**unasked, **(design or {})}})
@@ -340,13 +343,18 @@ class Model:
             estimate.second,
             estimate.third,
         )
-        if not estimate.first <= ROUGH:
-            LOGGER.warning(
-                "derivatives by finite differences have a relative error of %.1e: results cannot be trusted. Functions that are "
-                "rounded, look up tables or integrate with a coarse tolerance have no smooth derivatives",
-                estimate.first,
-            )
         return described, estimate
+
+    def _doubts(self, near: tuple[Array, Array, Array], error: DerivativeError) -> list[str]:
+        """Why no result of a task that starts there can be trusted."""
+        x, controls, phi = near
+        doubts = [] if self._jax is None else self._jax.doubts(x, controls[0], phi)
+        if not error.first <= ROUGH:
+            doubts.append(
+                f"derivatives by finite differences have a relative error of {error.first:.1e}: results cannot be trusted. "
+                "Functions that are rounded, look up tables or integrate with a coarse tolerance have no smooth derivatives"
+            )
+        return doubts
 
     def _overridden(self, backend: Any, plain: Any, near: tuple[Array, Array, Array]) -> Any:
         """A backend with the given derivatives, once they agree with those of another backend."""

@@ -28,6 +28,7 @@ except ImportError as error:
     raise ImportError("supple.mujoco needs MuJoCo: pip install mujoco") from error
 
 from . import model as own
+from ._asked import changed
 from ._backends.lengths import relative_errors
 from ._description import Noise, Number, VaryingVariance
 from ._mujoco import fields, names, reading
@@ -225,10 +226,10 @@ class Model:
 
     def mjmodel(self, values: Mapping[str, float] | None = None, /, **parameters: float) -> mujoco.MjModel:
         """A copy of the MuJoCo model with these parameter values, to simulate or display a design in MuJoCo itself."""
-        changed = {**(values or {}), **parameters}
-        for name in changed:
+        asked = changed(values, parameters)
+        for name in asked:
             names.find("parameter", name, list(self._parameters))
-        phi = [float(changed.get(name, parameter.initial)) for name, parameter in self._parameters.items()]
+        phi = [float(asked.get(name, parameter.initial)) for name, parameter in self._parameters.items()]
         return fields.changed(self._mjmodel, self._backend.simulator.targets, phi)
 
     def positions(self, x: ArrayLike) -> Array:

@@ -86,13 +86,16 @@ class NeededInformation(Record):
         total_nats: Over the whole task, nats.
         total_bits: The same in bits.
         lower_bits: Its lower bound, bits: the value of a dual point.
-        cost: The expected cost that is not exceeded.
+        cost: The expected cost that is not exceeded: the task's limit, or the plan's own cost if there is no limit or no
+            information achieves it.
+        limit_out_of_reach: Whether no information achieves the task's cost limit along this plan.
     """
 
     total_nats: float
     total_bits: float
     lower_bits: float
     cost: float
+    limit_out_of_reach: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)

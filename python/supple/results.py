@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import tempfile
 from collections.abc import Mapping
@@ -182,15 +181,13 @@ class _Evaluated:
         nats, bits = objective["information_nats"], objective["information_bits"]
         reports = [task.information for task in self.tasks.values()]
         weights = [task["information_weight"] for task in about["tasks"]]
-        if len(reports) == 1:
-            rate = reports[0].bits_per_second
-        else:
-            seconds = sum(
-                weight * report.total_bits / report.bits_per_second
-                for weight, report in zip(weights, reports, strict=True)
-                if report.bits_per_second > 0
-            )
-            rate = bits / seconds if seconds > 0 else math.nan
+        seconds = sum(
+            weight * report.total_bits / report.bits_per_second
+            for weight, report in zip(weights, reports, strict=True)
+            if report.bits_per_second > 0
+        )
+        # Where nothing is measured, nothing is used or needed.
+        rate = bits / seconds if seconds > 0 else 0.0
         self.information = Information(nats=nats, bits=bits, bits_per_second=rate)
 
     def summary(self) -> list[tuple[str, str]]:
@@ -201,8 +198,15 @@ class _Evaluated:
             status = "" if task.status == "converged" else f" ({task.status})"
             rows.append((name, f"{task.information.total_bits:.6g} bits, cost {task.cost.expected:.6g}{bound}{status}"))
         rows.append(("feasible", "yes" if self.feasible else "no"))
-        rows.extend(("warning", warning) for task in self.tasks.values() for warning in task.warnings)
+        rows.extend(("warning", warning) for name, task in self.tasks.items() for warning in _doubts(name, task))
         return rows
+
+
+def _doubts(name: str, task: TaskReport) -> list[str]:
+    """Why the numbers of a task cannot be trusted."""
+    trust = task.trust
+    of_rollouts = trust.reasons if trust is not None and trust.verdict != "holds" else []
+    return [*task.warnings, *(f"task `{name}`: {reason}" for reason in of_rollouts)]
 
 
 class _OfDesign(Result):
@@ -248,8 +252,11 @@ class _OfDesign(Result):
 
     @property
     def warnings(self) -> list[str]:
-        """Reasons not to trust the numbers, for all tasks; empty if there are none."""
-        return [warning for task in self.tasks.values() for warning in task.warnings]
+        """Reasons not to trust the numbers, for all tasks; empty if there are none.
+
+        The reasons of roll-outs are among them where their verdict is ``"doubtful"`` or ``"broken"``.
+        """
+        return [warning for name, task in self.tasks.items() for warning in _doubts(name, task)]
 
     def _table(self) -> Table:
         return _frames.trajectories(self.tasks.values())

@@ -14,6 +14,7 @@ from ._arrays import finite_array
 from ._asked import (
     axis_values,
     bound_points,
+    changed,
     check_choice,
     check_counts,
     check_name,
@@ -116,8 +117,8 @@ class Task:
 
     def at(self, values: Mapping[str, float] | None = None, /, **parameters: float) -> Task:
         """The same task with other values of some parameters."""
-        changed = {**(values or {}), **parameters}
-        return Task(self._native.with_values(pairs(changed)), self._recipe, {**self._changed, **changed})
+        asked = changed(values, parameters)
+        return Task(self._native.with_values(pairs(asked)), self._recipe, {**self._changed, **asked})
 
     def evaluate(
         self,

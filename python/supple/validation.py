@@ -53,6 +53,7 @@ class TaskValidation(Record):
         name: Its name.
         status: How its plan ended; do not rely on the numbers of a plan that is not ``converged``.
         predicted_cost: The expected cost that supple predicts.
+        limit: The cost limit; ``None`` if there is none.
         predicted_bits: The information that supple predicts, bits.
         predicted_contacts: Whether the plan touches each contact, by name.
         supple: Roll-outs on supple's own model.
@@ -61,12 +62,14 @@ class TaskValidation(Record):
         cost_difference_interval_95: 95 % confidence interval of its expectation, (2,).
         mujoco_steps: MuJoCo steps in each time step of the task.
         conclusion: Whether the design holds on MuJoCo, in words; if not, why and what to do.
-        broken: Whether it does not: a roll-out diverged, or the filter or the cost is nowhere near the prediction.
+        broken: Whether it does not: a roll-out diverged, the filter or the cost is nowhere near the prediction, or the cost
+            exceeds the limit that the prediction keeps.
     """
 
     name: str
     status: str
     predicted_cost: float
+    limit: float | None
     predicted_bits: float
     predicted_contacts: dict[str, bool]
     supple: SampledLoop
@@ -115,7 +118,8 @@ class Validation(Record):
         for name, task in self.tasks.items():
             if task.status != "converged":
                 rows.append((name, f"its plan ended as {task.status}: the numbers below say little"))
-            cost = [f"predicted {task.predicted_cost:.4g}"]
+            limit = "" if task.limit is None else f" of at most {task.limit:.4g}"
+            cost = [f"predicted {task.predicted_cost:.4g}{limit}"]
             cost += [
                 f"{where} {loop.cost_mean:.4g} ({_span(loop.cost_interval_95)})" for where, loop in _loops(task).items()
             ]

@@ -49,6 +49,30 @@ def test_evaluations_have_all_three_and_roll_outs(task: supple.Task) -> None:
     assert without.information.needed is None and without.monte_carlo is None and without.trust is None
 
 
+def test_a_limit_out_of_reach_is_told_with_the_needed_information(task: supple.Task) -> None:
+    text = open(TASKS, encoding="utf-8").read().replace("bound = 240.0", "bound = 40.0")
+    found = supple.loads(text, TASKS).evaluate(rollouts=0).tasks["press"]
+    needed = found.information.needed
+    assert needed is not None and needed.limit_out_of_reach and needed.cost == found.cost.expected > 40.0
+    assert not task.evaluate(rollouts=0).tasks["press"].information.needed.limit_out_of_reach
+    assert "limit_out_of_reach" in needed.to_dict()
+
+
+def test_rates_are_of_what_is_minimised(task: supple.Task) -> None:
+    measured = task.design(starts=1, rollouts=0)
+    needed = task.design(starts=1, rollouts=0, information="needed")
+    press = needed.tasks["press"].information
+    seconds = press.total_bits / press.bits_per_second
+    assert needed.information.bits_per_second == pytest.approx(press.needed.total_bits / seconds)
+    assert measured.information.bits_per_second == measured.tasks["press"].information.bits_per_second
+
+
+def test_values_are_given_once(task: supple.Task) -> None:
+    name = next(iter(task.parameters))
+    with pytest.raises(supple.UsageError, match=f"`{name}` is given twice, in a dict and as a keyword"):
+        task.evaluate(at={name: 1.0}, **{name: 2.0})
+
+
 def test_designs_minimise_what_is_asked_for(task: supple.Task) -> None:
     kinds: list[Any] = ["needed", "used", "measured"]
     found = {kind: task.design(information=kind, rollouts=0) for kind in kinds}

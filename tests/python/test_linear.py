@@ -141,6 +141,22 @@ def test_long_tasks_are_stationary_lqg_of_the_riccati_equations() -> None:
     assert found.cost.expected == pytest.approx(steps * np.trace(S @ W + xi @ sigma) + np.trace(S @ P), rel=1e-10)
 
 
+def test_an_unstable_plant_with_a_mean_is_planned_over_a_long_horizon() -> None:
+    task = supple.linear([[1.1]], [[1]], [[1]], [[1]], [[1]], [[1]], [[1]], [[1]], x0=[1e-3], N=4000)
+    found = task.evaluate(rollouts=0)
+    assert found.feasible and not found.warnings
+    s = 0.5 * (1.21 + np.sqrt(1.21**2 + 4.0))
+    assert found.tasks["linear"].cost.nominal == pytest.approx(1e-6 * s, rel=1e-9)
+
+
+def test_a_plan_that_is_no_strict_minimum_says_why() -> None:
+    task = supple.linear(
+        np.eye(2), [[0, 0], [1, 1]], [[1, 0]], np.eye(2), [[1]], np.eye(2), np.eye(2), np.zeros((2, 2)), N=5
+    )
+    (warning,) = task.evaluate(rollouts=0).warnings
+    assert "no strict minimum" in warning and "R + B'SB" in warning
+
+
 def test_every_optional_term_counts() -> None:
     rng = np.random.default_rng(2)
     terms = {
@@ -238,6 +254,9 @@ MISUSE: list[tuple[dict[str, Any], str]] = [
     ({"time_step": "x"}, "time_step='x': a number"),
     ({"bound": np.inf}, "bound=inf: a finite number"),
     ({"control_bounds": [(0.0, 1.0), (0.0, 1.0)]}, "control_bounds has 2 pairs: there are 1 controls"),
+    ({"control_bounds": [(np.nan, 1.0)]}, "a bound is nan; plus or minus infinity for none"),
+    ({"states": ["q", ""]}, "states: '' is no name"),
+    ({"name": "a\nb"}, r"name of the task: 'a\\nb' is no name: valid: text in one line, not empty"),
     ({"control_bounds": [(1.0, 0.0)]}, r"control_bounds\[0\]: the lower bound exceeds the upper one: \[1, 0\]"),
     ({"states": ["q"]}, "states has 1 names: there are 2 states"),
     ({"states": ["q", "q"]}, "a name occurs twice"),

@@ -368,3 +368,50 @@ def test_wrong_options_are_named(call: Callable[[], Any], message: str) -> None:
 
 def with_options(**options: Any) -> supple.Task:
     return cart_pole_model("jax").task(**(BALANCE | options))
+
+
+def encoder(x: Any, p: Any) -> Any:
+    """An angle with a resolution of 1 mrad."""
+    return jnp.round(1e3 * x[:1]) / 1e3
+
+
+def wrapped(x: Any, p: Any) -> Any:
+    """An angle between -pi and pi."""
+    return x[:1] - 2 * jnp.pi * jnp.round(x[:1] / (2 * jnp.pi))
+
+
+@pytest.mark.parametrize(("observe", "doubted"), [(encoder, True), (wrapped, False), (lambda x, p: jnp.sin(x[:1]), False)])
+def test_derivatives_that_miss_jumps_are_told_in_every_result(observe: Any, doubted: bool) -> None:
+    model = supple.Model(
+        step=lambda x, u, p: jnp.array([x[0] + 0.05 * x[1], x[1] + 0.05 * (u[0] - p.k * x[0])]),
+        observe=observe,
+        cost=lambda x, u, p: (x[0] - 1) ** 2 + 0.01 * u[0] ** 2,
+        parameters={"k": supple.Parameter(1.0, (0.1, 5.0))},
+        states=2,
+        controls=1,
+        measurements=1,
+    )
+    noise = supple.Noise([1e-3, 1e-3], [0, 1e-3], [1e-3])
+    task = model.task(steps=10, time_step=0.05, initial_state=[0, 0], initial_control=[0.0], noise=noise)
+    found = task.evaluate()
+    assert [("miss its jumps (`round`)" in warning) for warning in found.warnings] == [True] * doubted
+    assert bool(task.design(starts=1).warnings) == doubted
+
+
+def test_doubtful_roll_outs_and_rough_derivatives_are_warnings() -> None:
+    model = supple.Model(
+        step=lambda x, u, p: np.round(np.stack([x[..., 0] + 0.05 * x[..., 1], x[..., 1] + 0.05 * u[..., 0]], -1), 6),
+        observe=lambda x, p: x[..., :1],
+        cost=lambda x, u, p: (x[..., 0] - 1) ** 2 + 0.01 * u[..., 0] ** 2,
+        parameters={"k": supple.Parameter(1.0, (0.1, 5.0))},
+        states=2,
+        controls=1,
+        measurements=1,
+        backend="numpy",
+    )
+    noise = supple.Noise([1e-3, 1e-3], [0, 1e-3], [1e-3])
+    task = model.task(steps=20, time_step=0.05, initial_state=[0, 0], initial_control=[0.0], noise=noise)
+    found = task.evaluate(rollouts=50)
+    trust = found.tasks["task"].trust
+    assert trust is not None and trust.verdict == "broken"
+    assert len(found.warnings) == 1 + len(trust.reasons) and "relative error of" in found.warnings[0]

@@ -226,13 +226,26 @@ def loop(cost: float, interval: tuple[float, float]) -> supple.validation.Sample
 def test_a_cost_of_many_times_the_predicted_one_is_broken_whatever_its_interval() -> None:
     """Ten roll-outs with a heavy tail: the interval reaches down to what was predicted."""
     moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
-    few = conclude((1.0, 10.0), loop(1.0, (0.9, 1.1)), loop(28.0, (-5.0, 61.0)), "q", moves)
+    few = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(28.0, (-5.0, 61.0)), "q", moves)
     assert few.broken and "28 instead of the predicted 1" in few.words and few.words.endswith("the steps")
     # Supple's own roll-outs are as far off: no step of MuJoCo is the cause.
-    alike = conclude((1.0, 10.0), loop(14.0, (0.5, 28.0)), loop(28.0, (-5.0, 61.0)), "q", moves)
+    alike = conclude((1.0, 10.0), None, loop(14.0, (0.5, 28.0)), loop(28.0, (-5.0, 61.0)), "q", moves)
     assert alike.broken and "supple's own roll-outs are not as predicted either" in alike.words
-    less = conclude((1.0, 10.0), loop(1.0, (0.9, 1.1)), loop(3.0, (0.5, 5.5)), "q", moves)
+    less = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(3.0, (0.5, 5.5)), "q", moves)
     assert not less.broken and less.words == "the design holds on MuJoCo as predicted"
+
+
+def test_cost_limits_count_on_mujoco() -> None:
+    moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
+    own, judge = loop(12.0, (11.9, 12.1)), (12.5, 10.0)
+    beyond = conclude(judge, 13.0, own, loop(14.8, (14.5, 15.1)), "q", moves)
+    assert beyond.broken and "14.8 instead of the predicted 12.5, above the limit of 13" in beyond.words
+    within = conclude(judge, 15.0, own, loop(14.8, (14.5, 15.1)), "q", moves)
+    assert not within.broken and within.words.startswith("the design is in doubt on MuJoCo")
+    little = conclude(judge, 12.5, own, loop(12.8, (12.7, 12.9)), "q", moves)
+    assert not little.broken and little.words == (
+        "the design holds on MuJoCo as predicted; its cost there, 12.7 to 12.9, is above the limit of 12.5, by 2.4%"
+    )
 
 
 def test_materials_of_sites_are_no_obstacle() -> None:

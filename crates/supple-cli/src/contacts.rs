@@ -1,9 +1,9 @@
 //! Contacts along plans, as text.
 
-use supple::{Evaluation, TaskEvaluation};
+use supple::{ContactReport, Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
 
-use crate::tables::{Rows, align_right, number, table};
+use crate::tables::{Rows, align_right, number, table, with_unit};
 
 /// The contacts along the plan of a task, one row per contact.
 pub fn table_of(task: &TaskEvaluation) -> Rows {
@@ -23,6 +23,19 @@ pub fn table_of(task: &TaskEvaluation) -> Rows {
     }
     align_right(&mut rows, 1..7);
     rows
+}
+
+/// A line for each contact that pushes although the surfaces never meet, as its force is smoothed.
+pub fn apart(task: &TaskEvaluation) -> String {
+    let apart = task.contacts.iter().filter(|contact| contact.touches && contact.least_clearance_m > 0.0);
+    let line = |contact: &ContactReport| {
+        let gap = with_unit(contact.least_clearance_m, "m");
+        format!(
+            "`{}` never meets its wall: its force acts from {gap} away, as `smoothing` spreads it that far.\n",
+            contact.name
+        )
+    };
+    apart.map(line).collect()
 }
 
 /// A line for each warning of the tasks.

@@ -59,8 +59,11 @@ pub fn add_rows(table: &mut Rows, about: &About, report: &DesignReport) {
 pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, String)> {
     let mut rows = Vec::new();
     if let Some(needed) = &information.needed {
-        let note =
-            format!("bits, with any sensors and any controller about this plan, at a cost of {}", number(needed.cost));
+        let why = if needed.limit_out_of_reach { ", as no information achieves the cost limit" } else { "" };
+        let note = format!(
+            "bits, with any sensors and any controller about this plan, at a cost of {}{why}",
+            number(needed.cost)
+        );
         rows.push(("information needed", number(needed.total_bits), note));
     } else if information.needed_takes_long {
         let note = "not computed: slow with this many states; `supple bound` may compute it".into();

@@ -43,19 +43,20 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::design::{
-    Aim, Change, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Observer, Searcher, Split,
-    StartSummary,
+    Aim, Change, Control, Design, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, Observer,
+    Searcher, Split, StartSummary,
 };
 use supple::pipeline::TaskState;
 use supple::{
     EvaluateOptions, Evaluation, Matrices, Named, Problem, Task, contact_reports, contact_warnings, halt,
     number_warnings, plan_warnings,
 };
+use supple_text::short;
 
 pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 use crate::journal::{Identity, Parts};
 use crate::watch::{Progress, Searching, Silent};
-use crate::{LoadedTask, StudyError, Watch};
+use crate::{About, LoadedTask, StudyError, Watch};
 
 /// What `supple design --json` prints.
 ///
@@ -126,6 +127,63 @@ impl DesignReport {
             (1, 1..) => " Other starts ended at worse optima; more starts (`--starts`) may find a better one.",
             _ => "",
         }
+    }
+
+    /// The reduction of measured information that was predicted, if roll-outs at the start and at the optimum surely differ
+    /// by less than half of it; `None` too if another information was minimised, or roll-outs did not measure it.
+    #[must_use]
+    pub fn unconfirmed(&self, about: &About) -> Option<Unconfirmed> {
+        if self.settings.information != InformationWeights::MEASURED {
+            return None;
+        }
+        let weights = || about.tasks.iter().map(|task| task.information_weight);
+        let predicted = [&self.start, &self.optimum].map(|at| {
+            at.tasks.iter().zip(weights()).map(|(task, weight)| weight * task.information.total_bits).sum::<f64>()
+        });
+        let (mut sampled, mut variance) = ([0.0; 2], 0.0);
+        for (sum, at) in sampled.iter_mut().zip([&self.start, &self.optimum]) {
+            for (task, weight) in at.tasks.iter().zip(weights()) {
+                let bits = task.monte_carlo.as_ref()?.realised_bits?;
+                *sum += weight * bits.mean;
+                variance += (weight * bits.standard_error).powi(2);
+            }
+        }
+        let [fall, found] = [predicted, sampled].map(|[from, to]| from - to);
+        // Three standard errors, as in the verdicts on roll-outs.
+        let surely = found + 3.0 * variance.sqrt() < 0.5 * fall;
+        (fall > LEAST_FALL * predicted[0] && surely).then_some(Unconfirmed { predicted, sampled })
+    }
+}
+
+/// A smaller share of the information at the start is not worth a word.
+const LEAST_FALL: f64 = 0.02;
+
+/// A reduction of information that roll-outs do not confirm: bits at the start and at the optimum, weighted as in the
+/// objective.
+///
+/// ```
+/// use supple_study::design::Unconfirmed;
+///
+/// let found = Unconfirmed { predicted: [16.0, 12.0], sampled: [20.0, 22.0] };
+/// assert!(found.to_string().starts_with("roll-outs do not confirm the reduction: they measure 20 bits at the start and 22"));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unconfirmed {
+    /// As predicted.
+    pub predicted: [f64; 2],
+    /// In roll-outs.
+    pub sampled: [f64; 2],
+}
+
+impl std::fmt::Display for Unconfirmed {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let [from, to] = self.sampled.map(|bits| short(bits, 4));
+        let [start, optimum] = self.predicted.map(|bits| short(bits, 4));
+        write!(
+            f,
+            "roll-outs do not confirm the reduction: they measure {from} bits at the start and {to} at the optimum, where {start} and \
+             {optimum} are predicted"
+        )
     }
 }
 
@@ -331,8 +389,13 @@ pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
 /// Why the numbers of a plan cannot be trusted: how it ended, and contacts that it misses.
 pub(crate) fn warnings_of(task: &Task, phi: &[f64], state: &TaskState) -> Vec<String> {
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
-    [plan_warnings(task, phi, &state.plan), contact_warnings(task, phi, &contacts), number_warnings(task, state, None)]
-        .concat()
+    [
+        task.doubts.clone(),
+        plan_warnings(task, phi, &state.plan),
+        contact_warnings(task, phi, &contacts),
+        number_warnings(task, state, None),
+    ]
+    .concat()
 }
 
 /// Evaluates both ends of a search, each on a thread of its own, and finds where the change between them comes from. Once

@@ -135,7 +135,7 @@ impl StudyResult {
             Self::Evaluate(result) => result.evaluation.feasible && is_trusted(&result.evaluation),
             Self::Sweep(result) => result.untrusted() < result.table.rows.len(),
             Self::Robustness(result) => {
-                result.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
+                result.cells.iter().all(|cell| cell.error.is_none() && !cell.is_broken())
                     && result.designs.iter().all(|design| {
                         design.warnings.is_empty()
                             && design.status.is_none_or(|status| status == DesignStatus::Converged)

@@ -76,6 +76,11 @@ pub fn best_plan(
     for controls in task.known_controls.iter().chain(neighbour) {
         candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
     }
+    if let Some(error) = candidates.failure()
+        && !matches!(explain(task, phi, error, &state.plan.trajectory), Error::TimeStep { .. })
+    {
+        candidates.plan(problem, task, phi, Start { fed_back: true, ..Start::of(&guess) }, state);
+    }
     match candidates.choose() {
         Ok(kept) => {
             state.plan = kept;
@@ -94,11 +99,13 @@ struct Start<'a> {
     before: usize,
     /// How much cheaper than the others the plan must be to be kept.
     margin: f64,
+    /// Whether feedback is added to them if need be.
+    fed_back: bool,
 }
 
 impl<'a> Start<'a> {
     fn of(controls: &'a Matrices) -> Self {
-        Self { controls, patience: Patience::Full, before: 0, margin: 0.0 }
+        Self { controls, patience: Patience::Full, before: 0, margin: 0.0, fed_back: false }
     }
 }
 
@@ -123,11 +130,8 @@ impl Candidates {
             self.error.get_or_insert(stopped);
             return;
         }
-        if let Err(error) = state.plan_with(
-            task.at(phi),
-            Asked { settings: &problem.planning, patience: start.patience },
-            start.controls,
-        ) {
+        let asked = Asked { fed_back: start.fed_back, ..Asked::of(&problem.planning, start.patience) };
+        if let Err(error) = state.plan_with(task.at(phi), asked, start.controls) {
             self.error.get_or_insert(error);
             return;
         }
@@ -143,6 +147,11 @@ impl Candidates {
         if best.as_ref().is_none_or(|best| cheaper(best) || best.objective.is_nan()) {
             *best = Some(plan.clone());
         }
+    }
+
+    /// The error, if there is no plan at all.
+    fn failure(&self) -> Option<Error> {
+        self.error.clone().filter(|_| self.converged.is_none() && self.other.is_none())
     }
 
     /// The plan to keep; it records the cost of a cheaper plan that did not converge.

@@ -69,6 +69,8 @@ pub struct Elsewhere {
     pub status: PlanStatus,
     /// Its predicted expected cost.
     pub predicted_cost: f64,
+    /// The cost limit of the task, if it has one.
+    pub limit: Option<f64>,
     /// Its predicted information, in bits.
     pub predicted_bits: f64,
     /// Its contacts.
@@ -131,6 +133,7 @@ impl Problem {
             plant: runs(there, rollouts.count.max(1))?,
             status: state.plan.status,
             predicted_cost: predicted,
+            limit: task.bound.map(|bound| bound.resolve(phi)),
             predicted_bits: state.information.total / std::f64::consts::LN_2,
             contacts: contact_reports(task, phi, &state.plan.trajectory),
         })

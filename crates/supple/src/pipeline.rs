@@ -172,7 +172,7 @@ impl TaskState {
         settings: &PlanSettings,
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
-        let asked = Asked { settings, patience: Patience::Full };
+        let asked = Asked::of(settings, Patience::Full);
         if controls.is_none() && task.initial_control.is_empty() {
             let found = self.first_guess(task, phi);
             self.plan_with(task.at(phi), asked, &found)?;

@@ -4,7 +4,7 @@ use supple_model::Trajectory;
 use supple_model::system::Curvature;
 
 use crate::Error;
-use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, finish, linearise, start, sweep};
+use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, finish, linearise, roll_out, sweep};
 use crate::problem::{Task, TaskAt};
 use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, Truth, World};
 
@@ -31,7 +31,7 @@ pub(crate) fn plan_sampled(
 ) -> Result<(), Error> {
     let problem = task.nominal(phi);
     let sampled = &settings.sampled;
-    start(problem, plan, scratch)?;
+    roll_out(problem, plan, scratch)?;
     let factors = NoiseFactors::of(noise)?;
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);

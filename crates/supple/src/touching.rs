@@ -105,6 +105,16 @@ fn deep_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<Str
         (is_deep || is_strong).then(|| {
             let than =
                 if target > 0.0 { format!(", where a cost tracks {} N", short(target, 3)) } else { String::new() };
+            if depth < 0.0 {
+                return format!(
+                    "task `{}`: at the start, contact `{name}` exerts {} N{than}, {} m away from its wall: its `smoothing`, {} m, is \
+                     too long",
+                    task.name,
+                    short(state.force, 3),
+                    short(-depth, 3),
+                    short(state.smoothing, 3),
+                );
+            }
             format!(
                 "task `{}`: at the start, contact `{name}` is {} m inside its wall and exerts {} N{than}; check \
                  `initial_state` and the position of the wall",

@@ -13,8 +13,15 @@ from .._records import Array
 from ..errors import UsageError
 from .functions import Functions
 from .jax_programs import Programs, refuse
+from .jumps import inner, jumps, misses_jumps
 
 __all__ = ["JaxBackend", "Untraceable", "double_precision"]
+
+
+#: What to do about functions whose values jump.
+ADVICE = (
+    "Replace rounding by noise, with a variance of a twelfth of the squared resolution, and `sign` by a steep `tanh`"
+)
 
 
 class Untraceable(UsageError):
@@ -64,6 +71,7 @@ class JaxBackend:
         self._compiled: dict[str, Callable[..., Any]] = {}
         self._sizes: set[tuple[str, int]] = set()
         self._lock = threading.Lock()
+        self._jumps: dict[str, list[str]] = {}
         for name in functions.shapes:
             self._check(name)
 
@@ -99,6 +107,17 @@ class JaxBackend:
         coarse = next(_coarse(jaxpr.jaxpr), None)
         if coarse is not None:
             refuse(name, coarse)
+        self._jumps[name] = jumps(jaxpr.jaxpr)
+
+    def doubts(self, x: Array, u: Array, phi: Array) -> list[str]:
+        """What is wrong with derivatives near a point: they miss jumps of the functions."""
+        with double_precision():
+            return [
+                f"derivatives of `{name}` miss its jumps ({', '.join(f'`{found}`' for found in self._jumps[name])}): cost and "
+                f"information are not those of the model. {ADVICE}"
+                for name in self.functions.shapes
+                if self._jumps[name] and misses_jumps(self.programs.point(name), x, u, phi)
+            ]
 
     # Programs.
 
@@ -240,18 +259,13 @@ def _joint(x: Array, u: Array) -> Array:
 
 def _coarse(jaxpr: Any) -> Iterator[str]:
     """Types of less than 64 bits that occur in what JAX traced, inner functions included."""
-    held = [*jaxpr.constvars, *(out for equation in jaxpr.eqns for out in equation.outvars)]
-    held += [given for equation in jaxpr.eqns for given in equation.invars]
-    for variable in held:
-        dtype = getattr(variable.aval, "dtype", None)
-        if str(dtype) in ("float32", "float16", "bfloat16", "complex64"):
-            yield str(dtype)
-    for equation in jaxpr.eqns:
-        for value in equation.params.values():
-            for inner in value if isinstance(value, (list, tuple)) else [value]:
-                inner = getattr(inner, "jaxpr", inner)
-                if hasattr(inner, "eqns"):
-                    yield from _coarse(inner)
+    for part in inner(jaxpr):
+        held = [*part.constvars, *(out for equation in part.eqns for out in equation.outvars)]
+        held += [given for equation in part.eqns for given in equation.invars]
+        for variable in held:
+            dtype = getattr(variable.aval, "dtype", None)
+            if str(dtype) in ("float32", "float16", "bfloat16", "complex64"):
+                yield str(dtype)
 
 
 def _first_line(error: Exception) -> str:

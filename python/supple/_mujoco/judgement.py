@@ -20,7 +20,9 @@ DOUBTFUL, BROKEN = 1.2, 10.0
 #: Consistency on supple's own model from which the plan itself explains what happens on MuJoCo.
 ASTRAY = 1.5
 #: Share of the predicted cost by which the cost on MuJoCo may exceed it without a word, and how many times it makes it broken.
-DEARER, MUCH_DEARER = 0.25, 10.0
+DEARER, MUCH_DEARER = 0.1, 10.0
+#: Share by which a cost may exceed its limit and still count as kept, as in `[design] feasibility`.
+AT_LIMIT = 1e-3
 #: Times of the predicted information that is worth a word.
 MORE_BITS = 2.0
 #: Share of supple's own roll-outs that end well of which MuJoCo's may fall short without a word.
@@ -176,12 +178,18 @@ class Moves:
 
 
 def conclude(
-    predicted: tuple[float, float], own: SampledLoop, plant: SampledLoop, furthest: str, moves: Moves
+    predicted: tuple[float, float],
+    limit: float | None,
+    own: SampledLoop,
+    plant: SampledLoop,
+    furthest: str,
+    moves: Moves,
 ) -> Conclusion:
     """The findings and, if they differ from the prediction, their cause.
 
     Args:
         predicted: Cost and bits.
+        limit: Cost limit of the task.
         own: Roll-outs on supple's own model.
         plant: Roll-outs on MuJoCo.
         furthest: The state that ends furthest from the plan on MuJoCo.
@@ -200,15 +208,23 @@ def conclude(
         doubts.append(f"MuJoCo's roll-outs measure {plant.realised_bits:.4g} bits instead of the predicted {bits:.4g}")
     dearer = plant.cost_mean - cost
     many_times = dearer > MUCH_DEARER * abs(cost)
+    # Designs are at their limits: their roll-outs are above it half of the time.
+    exceeds = limit is not None and cost <= limit * (1.0 + AT_LIMIT) and plant.cost_interval_95[0] > limit
     if np.isfinite(dearer) and (many_times or dearer > DEARER * abs(cost) and plant.cost_interval_95[0] > cost):
-        broken = broken or many_times
-        doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} instead of the predicted {cost:.4g}")
+        broken = broken or many_times or exceeds
+        above = f", above the limit of {limit:.4g}" if exceeds else ""
+        doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} instead of the predicted {cost:.4g}{above}")
     if plant.ends_well < (1.0 - FEWER_END_WELL) * own.ends_well:
         doubts.append(
             f"only {plant.ends_well:.0%} of the roll-outs on MuJoCo end where the plan does (furthest: `{furthest}`)"
         )
     if not doubts:
-        return Conclusion("the design holds on MuJoCo as predicted", False)
+        words = "the design holds on MuJoCo as predicted"
+        if limit is not None and exceeds:
+            low, high = plant.cost_interval_95
+            share = plant.cost_mean / limit - 1.0
+            words += f"; its cost there, {low:.4g} to {high:.4g}, is above the limit of {limit:.4g}, by {share:.1%}"
+        return Conclusion(words, False)
     alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > ASTRAY)
     alike = alike or own.cost_mean - cost > max(DEARER * abs(cost), DEARER * dearer)
     if alike:

@@ -191,11 +191,13 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         asked=", ".join(f"{key} x {factor:g}" for key, factor in factors.items()),
         contacts=contact == "mujoco",
     )
-    conclusion = conclude(predicted, own, other, furthest, moves)
+    limit = None if found["limit"] is None else float(found["limit"])
+    conclusion = conclude(predicted, limit, own, other, furthest, moves)
     return TaskValidation(
         name=name,
         status=str(found["status"]),
         predicted_cost=predicted[0],
+        limit=limit,
         predicted_bits=predicted[1],
         predicted_contacts={entry["name"]: bool(entry["touches"]) for entry in found["contacts"]},
         supple=own,

@@ -30,6 +30,9 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     let _ = writeln!(page, "{}\n", results(about, report));
     page.push_str(&split::of_design(&report.split));
     page.push_str(&trust::of_design(start, optimum));
+    if let Some(unconfirmed) = report.unconfirmed(about) {
+        let _ = writeln!(page, "{}.\n", supple_text::capitalised(&unconfirmed.to_string()));
+    }
     if let Some(chosen) = &report.catalogue {
         let _ = writeln!(page, "{}", catalogue::page(chosen));
     }
@@ -43,6 +46,7 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     }
     for task in optimum.tasks.iter().filter(|task| !task.contacts.is_empty()) {
         let _ = writeln!(page, "Contacts of {}:\n{}\n", task.name, contacts::table_of(task));
+        page.push_str(&contacts::apart(task));
     }
     for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
         let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
@@ -101,6 +105,13 @@ fn results(about: &About, report: &DesignReport) -> Rows {
             let name = format!("sampled cost of {}", after.name);
             let note = above_limit(after).unwrap_or_default();
             results.add_row([name, number(from), number(to), change, String::new(), note]);
+        }
+    }
+    for (before, after) in start.tasks.iter().zip(&optimum.tasks) {
+        let bits = |task: &TaskEvaluation| Some(task.monte_carlo.as_ref()?.realised_bits?.mean);
+        if let (Some(from), Some(to)) = (bits(before), bits(after)) {
+            let name = format!("sampled bits of {}", after.name);
+            results.add_row([name, number(from), number(to), percent(from, to), String::new(), String::new()]);
         }
     }
     align_right(&mut results, 1..5);

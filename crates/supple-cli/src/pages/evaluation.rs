@@ -57,7 +57,7 @@ fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
         let _ = writeln!(page, "  {}\n", task.stability);
     }
     if !task.contacts.is_empty() {
-        let _ = writeln!(page, "{}\n", contacts::table_of(task));
+        let _ = writeln!(page, "{}\n{}", contacts::table_of(task), contacts::apart(task));
     }
     page + &gradient_tables(task)
 }

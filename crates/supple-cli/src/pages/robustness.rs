@@ -98,10 +98,25 @@ fn costs(study: &Robustness, task: usize, planned_for: PlannedFor) -> String {
 
 fn cost(cell: &RobustCell) -> String {
     match cell {
+        cell if cell.is_missing() => "not computed".to_owned(),
         RobustCell { error: Some(_), .. } => "failed".to_owned(),
         RobustCell { diverged: 1.., .. } => format!("{} diverged", cell.diverged),
-        RobustCell { mean, half_width_95, .. } => format!("{mean:.2} +- {half_width_95:.2}"),
+        RobustCell { mean, half_width_95, .. } => {
+            format!("{} +- {}", beside(*mean, *half_width_95), beside(*half_width_95, *half_width_95))
+        }
     }
+}
+
+/// A number with as many decimals as its uncertainty has at two digits, but at least two where these are few.
+fn beside(value: f64, uncertainty: f64) -> String {
+    if !value.is_finite() || value.abs() >= 1e7 {
+        return number(value);
+    }
+    let decimals = match uncertainty > 0.0 && uncertainty.is_finite() {
+        true => (1.0 - uncertainty.log10().floor()).clamp(2.0, 9.0) as usize,
+        false => 2,
+    };
+    format!("{value:.decimals$}")
 }
 
 /// How two designs compare, in a sentence for growth and one for the cost at the greatest level.
@@ -111,15 +126,19 @@ fn comparison(study: &Robustness, comparison: &Comparison) -> String {
     let [least, greatest] = levels.map(|level| study.options.vary.values[level]);
     let name = &study.options.vary.parameter;
     if !difference.is_finite() {
-        return format!("{design} cannot be compared with {other}: roll-outs diverged or failed.\n");
+        let cause = match study.cells.iter().any(RobustCell::is_missing) {
+            true => "not all costs were computed",
+            false => "roll-outs diverged or failed",
+        };
+        return format!("{design} cannot be compared with {other}: {cause}.\n");
     }
     let growth = Paired { difference: *difference, interval_95: *interval_95, p_value: *p_value };
     let mut text = format!(
-        "From {name} = {} to {} the cost of {design} grows by {:.2}, the cost of {other} by {:.2}: {}.\n",
+        "From {name} = {} to {} the cost of {design} grows by {}, the cost of {other} by {}: {}.\n",
         number(least),
         with_unit(greatest, &study.options.vary.unit),
-        growths[0],
-        growths[1],
+        beside(growths[0], growth.half_width()),
+        beside(growths[1], growth.half_width()),
         verdict(&growth, ["less", "more"])
     );
     if at_greatest.difference.is_finite() {
@@ -139,10 +158,8 @@ fn verdict(paired: &Paired, [less, more]: [&str; 2]) -> String {
         _ => format!("p = {p_value:.4}"),
     };
     let significant = if p_value < SIGNIFICANT { "significant" } else { "not significant" };
-    format!(
-        "{:.2} {which} (95 % interval of the difference {lower:.2} to {upper:.2}, {p}: {significant})",
-        difference.abs()
-    )
+    let [size, lower, upper] = [difference.abs(), lower, upper].map(|value| beside(value, paired.half_width()));
+    format!("{size} {which} (95 % interval of the difference {lower} to {upper}, {p}: {significant})")
 }
 
 /// How far a study of robustness is that was stopped.
@@ -163,7 +180,7 @@ fn problems(about: &About, study: &Robustness) -> String {
         // All cells that are missing for this reason would be a long list.
         return format!("{page}Warning: {stopped}.\n\n");
     }
-    for cell in study.cells.iter().filter(|cell| cell.error.is_some() || cell.diverged > 0) {
+    for cell in study.cells.iter().filter(|cell| cell.error.is_some() || cell.is_broken()) {
         let place = format!(
             "{} in {}, {}, at {} = {}",
             study.designs[cell.design].name,
@@ -172,9 +189,12 @@ fn problems(about: &About, study: &Robustness) -> String {
             study.options.vary.parameter,
             with_unit(study.options.vary.values[cell.level], &study.options.vary.unit)
         );
-        let _ = match &cell.error {
-            Some(error) => writeln!(page, "{place}: failed: {error}"),
-            None => writeln!(page, "{place}: {} of {} roll-outs diverged", cell.diverged, study.options.rollouts),
+        let _ = match (&cell.error, cell.expected) {
+            (Some(error), _) => writeln!(page, "{place}: failed: {error}"),
+            (None, Some(expected)) if cell.diverged == 0 => {
+                writeln!(page, "{place}: roll-outs cost {}, but {} is expected", number(cell.mean), number(expected))
+            }
+            (None, _) => writeln!(page, "{place}: {} of {} roll-outs diverged", cell.diverged, study.options.rollouts),
         };
     }
     if !page.is_empty() {

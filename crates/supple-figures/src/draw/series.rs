@@ -164,15 +164,15 @@ fn outline(canvas: &mut Canvas, corners: Vec<Place>, style: &Style) {
     canvas.path(&lines, true, Paint::stroke(style.colour.hex(), style.width));
 }
 
-/// A line with a head at its end; an arrow shorter than its head is not drawn.
+/// A line with a head at its end, which short arrows have in proportion.
 fn arrow(canvas: &mut Canvas, ends: &[Place], style: &Style) {
     let [from, tip] = ends else { return };
     let (x, y) = (tip.0 - from.0, tip.1 - from.1);
     let length = x.hypot(y);
-    let head = HEAD * style.width;
-    if length.is_nan() || length < head {
+    if length.is_nan() || length < style.width {
         return;
     }
+    let head = (HEAD * style.width).min(0.6 * length);
     let (x, y) = (x / length * head, y / length * head);
     let foot = (tip.0 - x, tip.1 - y);
     let corners = vec![*tip, (foot.0 - 0.4 * y, foot.1 + 0.4 * x), (foot.0 + 0.4 * y, foot.1 - 0.4 * x)];

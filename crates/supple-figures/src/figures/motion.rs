@@ -48,11 +48,11 @@ pub fn motion(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
         return Err(content(&folders[0], "has no motion to draw: its model has no bodies"));
     };
     let view = View::of(&scenes);
-    let strongest = scenes.iter().flat_map(|(_, scene)| strengths(scene)).fold(0.0, f64::max);
-    let size = scenes.iter().map(|(_, scene)| scene.size).fold(0.0, f64::max);
-    let length = if strongest > 0.0 { ARROW * size / strongest } else { 0.0 };
+    // Peaks may be between the frames of a scene.
+    let peaks = shown.iter().flat_map(|design| &design.task.contacts).map(|contact| contact.peak_force);
+    let strongest = scenes.iter().flat_map(|(_, scene)| strengths(scene)).chain(peaks).fold(0.0, f64::max);
     let label = format!("contact force, at most {} N", words::typeset(strongest));
-    let mut rows = Vec::new();
+    let mut poses = Vec::new();
     for (design, scene) in &scenes {
         let frames = scene.time.0.len();
         for pose in 0..POSES.min(frames) {
@@ -60,25 +60,57 @@ pub fn motion(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
             let digits = if scene.time.0[frames - 1][0] < 0.5 { 3 } else { 2 };
             let time = format!("{}\u{a0}s", words::fixed(scene.time.0[frame][0], digits));
             let title = if scenes.len() > 1 { format!("{}, {time}", design.design) } else { time };
-            rows.push((title, view.pose(scene, frame, (length, &label))));
+            poses.push(Pose {
+                title,
+                guides: view.guides(scene, frame),
+                series: view.pose(scene, frame),
+                scene,
+                frame,
+            });
         }
     }
-    let all = |of: fn(&Shape) -> &[f64]| -> Vec<f64> {
-        rows.iter().flat_map(|(_, series)| series).flat_map(|series| of(&series.shape).iter().copied()).collect()
-    };
-    let (x, y, aspect) = square(&all(abscissae), &all(ordinates));
+    let ([x, y], _) = ranges(&poses);
+    let size = (x[1] - x[0]).max(y[1] - y[0]);
+    let length = if strongest > 0.0 { ARROW * size / strongest } else { 0.0 };
+    for Pose { series, scene, frame, .. } in &mut poses {
+        series.extend(view.forces(scene, *frame, (length, &label)));
+    }
+    let ([x, y], aspect) = ranges(&poses);
     let axis = |axis: usize, range: [f64; 2]| Axis::over(["x", "y", "z"][axis], "m", Scale::Linear, range);
     let (x, y) = (axis(view.across, x), axis(view.up, y));
-    let panel = |(title, series)| Panel { title, x: x.clone(), y: y.clone(), series };
+    let panel = |Pose { title, guides, series, .. }: Pose| {
+        let series = guides.into_iter().chain(series).collect();
+        Panel { title, x: x.clone(), y: y.clone(), series }
+    };
     Ok(Figure {
         name: "motion".into(),
         title: format!("The robot at {POSES} instants of task {}, with contact forces", first.task.name),
-        panels: rows.into_iter().map(panel).collect(),
+        panels: poses.into_iter().map(panel).collect(),
         column: Grid { columns: POSES / 2, aspect },
         page: Grid { columns: POSES, aspect },
         shared_x: true,
         shared_y: true,
     })
+}
+
+/// A design at an instant.
+struct Pose<'a> {
+    title: String,
+    /// Rails, which the panel may crop.
+    guides: Vec<Series>,
+    /// What the panel shows as a whole.
+    series: Vec<Series>,
+    scene: &'a Scene,
+    frame: usize,
+}
+
+/// Ranges of both axes that show all poses, and the ratio of height to width.
+fn ranges(poses: &[Pose]) -> ([[f64; 2]; 2], f64) {
+    let all = |of: fn(&Shape) -> &[f64]| -> Vec<f64> {
+        poses.iter().flat_map(|pose| &pose.series).flat_map(|series| of(&series.shape).iter().copied()).collect()
+    };
+    let (x, y, aspect) = square(&all(abscissae), &all(ordinates));
+    ([x, y], aspect)
 }
 
 /// The axes of the world that are seen.
@@ -117,8 +149,13 @@ impl View {
         [point[self.across], point[self.up]]
     }
 
-    /// All of a scene at a frame: walls, bodies, springs, then forces.
-    fn pose(&self, scene: &Scene, frame: usize, (length, label): (f64, &str)) -> Vec<Series> {
+    /// Along what other bodies slide.
+    fn guides(&self, scene: &Scene, frame: usize) -> Vec<Series> {
+        scene.bodies.iter().flat_map(|body| self.body(body, frame, true)).collect()
+    }
+
+    /// A scene at a frame without rails and forces: walls, bodies, then springs.
+    fn pose(&self, scene: &Scene, frame: usize) -> Vec<Series> {
         let wall = |wall: &Wall| {
             let corner = |index: usize| {
                 let side = |axis: usize| if index >> axis & 1 == 1 { 0.5 } else { -0.5 };
@@ -130,7 +167,7 @@ impl View {
             Series::named("wall", style, self.outline((0..8).map(corner)))
         };
         let mut series: Vec<Series> = scene.walls.iter().map(wall).collect();
-        series.extend(scene.bodies.iter().flat_map(|body| self.body(body, frame)));
+        series.extend(scene.bodies.iter().flat_map(|body| self.body(body, frame, false)));
         for spring in scene.connections.iter().filter(|one| one.kind != ConnectionKind::Contact) {
             let [from, to] = [&spring.from, &spring.to].map(|end| self.seen(at(&end.0, frame)));
             // Springs of joints that turn have no length.
@@ -144,18 +181,23 @@ impl View {
                 Shape::Line { x: vec![from[0], to[0]], y: vec![from[1], to[1]] },
             ));
         }
-        for contact in contacts(scene) {
+        series
+    }
+
+    /// Contact forces at a frame; the length of an arrow is that of 1 N.
+    fn forces(&self, scene: &Scene, frame: usize, (length, label): (f64, &str)) -> Vec<Series> {
+        let arrow = |contact: &Connection| {
             let (tip, force) = (at(&contact.to.0, frame), at(&contact.force.0, frame));
             let from = [0, 1, 2].map(|axis| tip[axis] - length * force[axis]);
             let [from, tip] = [from, tip].map(|point| self.seen(point));
             let style = Style { width: 1.2, ..Style::line(Colour::Vermilion) };
-            series.push(Series::named(label, style, Shape::Arrow { x: [from[0], tip[0]], y: [from[1], tip[1]] }));
-        }
-        series
+            Series::named(label, style, Shape::Arrow { x: [from[0], tip[0]], y: [from[1], tip[1]] })
+        };
+        contacts(scene).map(arrow).collect()
     }
 
-    /// The simple shapes of a body.
-    fn body(&self, body: &Body, frame: usize) -> Vec<Series> {
+    /// The simple shapes of a body: those that only guide others, or the rest.
+    fn body(&self, body: &Body, frame: usize, guides: bool) -> Vec<Series> {
         let (position, rotation) = (at(&body.position.0, frame), at(&body.rotation.0, frame));
         let shape = |shape: &supple::scene::Shape| {
             let points = corners(shape.solid)
@@ -166,7 +208,7 @@ impl View {
             let style = Style { width: if shape.guide { 0.25 } else { 0.5 }, ..Style::area(Colour::Blue, opacity) };
             Series::plain(style, self.outline(points))
         };
-        body.shapes.iter().map(shape).collect()
+        body.shapes.iter().filter(|shape| shape.guide == guides).map(shape).collect()
     }
 
     /// The outline of points as they are seen.

@@ -13,7 +13,7 @@ use super::sensitivity::Worth;
 use super::sensor::sensors;
 use super::settings::{BoundSettings, BoundStatus};
 use super::size::Size;
-use super::solution::MinimumInformation;
+use super::solution::{FINEST, MinimumInformation};
 use super::start::{COMPLEMENTARITIES, search_from, start};
 use super::virtual_sensor::VirtualSensor;
 use super::witness::Witness;
@@ -32,9 +32,8 @@ const OF_USE: f64 = 0.5;
 /// The share of the requested gap at which the search ends: the rest is reserved for the proof.
 pub(super) const SHARE: f64 = 0.5;
 
-/// The largest gap as a share of the minimum, and the least gap worth a further search, nats per decision.
+/// The largest gap as a share of the minimum.
 const FINE: f64 = 1e-3;
-const FINEST: f64 = 1e-14;
 
 /// Why a bound of 0 counts as not proved.
 pub(super) const LOST: &str = "it is lost to rounding";
@@ -126,7 +125,8 @@ pub fn minimum_information_within(
     if halt::is_requested() {
         return Err(Error::Stopped);
     }
-    if best.lower_nats == 0.0 && best.nats > 0.0 && matches!(best.proof, Proof::Proved { .. }) {
+    let finest = FINEST * horizon.steps() as f64;
+    if best.lower_nats == 0.0 && best.nats > finest && matches!(best.proof, Proof::Proved { .. }) {
         best.proof = Proof::NotProved { reason: LOST.into() };
     }
     Ok(best)

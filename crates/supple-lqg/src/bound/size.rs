@@ -6,7 +6,7 @@ use crate::Error;
 
 /// The largest factorisation of the Newton system, multiply-adds, that an evaluation does without being asked: a few
 /// seconds in total.
-const UNASKED: f64 = 5e8;
+const UNASKED: f64 = 1.5e8;
 
 /// The memory that the Newton system may take, bytes.
 const MOST_BYTES: f64 = 4e9;

@@ -77,9 +77,12 @@ pub struct StationaryMinimum {
 /// The relative distance from the minimum at which a lower bound still counts as tight.
 const TIGHT: f64 = 1e-2;
 
+/// The least gap that matters, nats per decision.
+pub(super) const FINEST: f64 = 1e-14;
+
 /// Whether the bounds are this close, or differ by an amount that does not matter, nats.
 fn is_tight(nats: f64, lower_nats: f64) -> bool {
-    nats - lower_nats <= (TIGHT * nats).max(1e-15)
+    nats - lower_nats <= (TIGHT * nats).max(FINEST)
 }
 
 impl MinimumInformation {

@@ -41,6 +41,9 @@ struct DescribedTask {
     /// What varies of the measurement's variances with the state.
     #[serde(default)]
     varying: Vec<DescribedVariance>,
+    /// Why none of its numbers can be trusted.
+    #[serde(default)]
+    doubts: Vec<String>,
 }
 
 /// A list of variances, all entries, or all entries at each step.
@@ -158,7 +161,7 @@ impl DescribedTask {
             .guessing_each(resolve_rows(&self.initial_control, "initial_control", names).map_err(in_task)?)
             .weighing_information(self.information_weight);
         let control_bounds = bounds.map(|bounds| ControlBounds::new(&bounds));
-        let task = Task { bound, control_bounds, ..task };
+        let task = Task { bound, control_bounds, doubts: self.doubts, ..task };
         task.check(parameters).map_err(|unfit| at(&unfit.to_string()))?;
         Ok(task)
     }

@@ -201,6 +201,7 @@ fn numbers(study: &Robustness, task: usize, title: &str) -> Markup {
         let at = vary.values.get(cell.level).copied().unwrap_or(f64::NAN);
         let mut row = vec![number(at), name.to_owned(), planning(cell.planned_for).to_owned()];
         match &cell.error {
+            _ if cell.is_missing() => row.extend(words(["not computed", "", "", "", ""])),
             Some(error) => row.extend([error.clone(), String::new(), String::new(), String::new(), String::new()]),
             None => row.extend([
                 number(cell.mean),

@@ -2,6 +2,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use supple::Matrices;
 use supple::design::{Attempts, plan_at};
 use supple::lqg::Noise;
 use supple::pipeline::TaskState;
@@ -24,8 +25,23 @@ pub struct Costs {
 /// Which quantiles are kept.
 const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
+/// How many times the expected cost a roll-out may cost before it counts as diverged.
+const RUNAWAY: f64 = 1e6;
+
+/// By how much, at least 1, the largest variances of one noise exceed those of another.
+fn growth(nominal: &Noise, truth: &Noise) -> f64 {
+    let largest = |of: &Matrices| of.as_slice().iter().fold(0.0, |most: f64, entry| most.max(entry.abs()));
+    let pairs = [
+        (&nominal.initial, &truth.initial),
+        (&nominal.process, &truth.process),
+        (&nominal.measurement, &truth.measurement),
+    ];
+    let ratios = pairs.map(|(from, to)| if largest(from) > 0.0 { largest(to) / largest(from) } else { 1.0 });
+    ratios.into_iter().fold(1.0, f64::max)
+}
+
 /// What cells say that were not computed when the study was stopped.
-const STOPPED: &str = "stopped before it was computed";
+pub(super) const STOPPED: &str = "stopped before it was computed";
 
 /// Rolls out every design in every task, planning and level, in this order of nesting; and how many of them were computed
 /// before it was told to stop.
@@ -112,6 +128,11 @@ impl Place {
     ) -> Result<(Vec<f64>, Option<f64>), supple::Error> {
         let problem = &loaded.problem;
         let task = &problem.tasks[self.task];
+        // What costs a million times as much as expected has diverged, and is finite only because the task ends.
+        let diverged = |costs: &mut [f64], expected: f64| {
+            let most = RUNAWAY * expected.abs();
+            costs.iter_mut().filter(|cost| cost.abs() > most).for_each(|cost| *cost = f64::INFINITY);
+        };
         let nominal = &design.states[self.task];
         let mut phi = design.phi.clone();
         phi[varied] = self.value;
@@ -122,7 +143,9 @@ impl Place {
                 task.noise.resolve(&phi, &mut noise)?;
                 let believed = World { phi: &design.phi, noise: &nominal.noise };
                 let truth = World { phi: &phi, noise: &noise };
-                Ok((sampled_costs(task, &nominal.plan, Worlds { believed, truth }, rollouts)?, None))
+                let mut costs = sampled_costs(task, &nominal.plan, Worlds { believed, truth }, rollouts)?;
+                diverged(&mut costs, nominal.cost.expected() * growth(&nominal.noise, &noise));
+                Ok((costs, None))
             }
             PlannedFor::Truth => {
                 let mut state = TaskState::new(task);
@@ -134,7 +157,8 @@ impl Place {
                     plan_at(problem, task, &phi, None, attempts, &mut state)?;
                 }
                 let world = World { phi: &phi, noise: &state.noise };
-                let costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;
+                let mut costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;
+                diverged(&mut costs, state.cost.expected());
                 Ok((costs, Some(state.cost.expected())))
             }
         }

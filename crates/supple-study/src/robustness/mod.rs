@@ -171,7 +171,7 @@ pub struct RobustCell {
     /// Quantiles of the cost at 5, 25, 50, 75 and 95 %; what diverged costs more than all that did not.
     #[serde(deserialize_with = "lenient::array")]
     pub quantiles: [f64; 5],
-    /// How many roll-outs diverged.
+    /// How many roll-outs diverged: their cost is not finite, or a million times what is expected.
     #[serde(default)]
     pub diverged: usize,
     /// Expected cost by the theory, where the controller is planned for the truth.
@@ -179,6 +179,22 @@ pub struct RobustCell {
     /// Why it could not be computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+}
+
+impl RobustCell {
+    /// Whether it was not computed, as the study was stopped before.
+    #[must_use]
+    pub fn is_missing(&self) -> bool {
+        self.error.as_deref() == Some(cell::STOPPED)
+    }
+
+    /// Whether roll-outs have nothing in common with what is expected: they diverged, or surely cost 11 times as much, as in
+    /// verdicts of evaluations.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        let far = |expected: f64| self.mean - self.half_width_95 > 11.0 * expected.abs();
+        self.diverged > 0 || self.expected.is_some_and(far)
+    }
 }
 
 /// How the growth of cost from the least to the greatest noise compares between two designs, roll-out by roll-out.
@@ -226,6 +242,14 @@ pub struct Paired {
     /// Two-sided p-value of the hypothesis that there is no difference.
     #[serde(deserialize_with = "supple::or_nan")]
     pub p_value: f64,
+}
+
+impl Paired {
+    /// Half of the width of its confidence interval.
+    #[must_use]
+    pub fn half_width(&self) -> f64 {
+        0.5 * (self.interval_95[1] - self.interval_95[0])
+    }
 }
 
 /// Makes a study of robustness.

@@ -129,7 +129,7 @@ impl Bounding {
             let name = &self.name;
             Error::no_bound(
                 format!("the filter of task `{name}` has no steady state, so its expected cost per step is undefined"),
-                "give the cost limit with --cost, or sensors that detect every unstable state",
+                "give a cost limit (`cost`), or sensors that detect every unstable state",
             )
         })
     }
@@ -162,10 +162,13 @@ impl Bounding {
     }
 }
 
+/// A remaining gap that is no more than rounding, bits per step.
+const NO_GAP: f64 = 2e-14;
+
 /// Remarks on a result, in addition to its numbers.
 fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
     let mut remarks = Vec::new();
-    if status != BoundStatus::Converged {
+    if status != BoundStatus::Converged && report.duality_gap_bits > NO_GAP {
         let end = if status == BoundStatus::MaxIterations {
             "the maximum number of steps was reached"
         } else {
@@ -200,7 +203,7 @@ fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String>
         ));
     }
     if !at_own {
-        remarks.push("efficiency is defined at the design's own cost; omit --cost to see it".to_owned());
+        remarks.push("efficiency is defined at the design's own cost; omit `cost` to see it".to_owned());
     }
     remarks
 }

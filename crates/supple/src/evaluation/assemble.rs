@@ -58,7 +58,8 @@ pub(super) fn add_needed(
     information: &mut InformationReport,
 ) {
     let bound = task.bound.map(|bound| bound.resolve::<f64>(phi));
-    let cost = bound.filter(|&bound| bound > horizon.base_cost).unwrap_or(state.cost.expected());
+    let limit_out_of_reach = bound.is_some_and(|bound| bound <= horizon.base_cost);
+    let cost = bound.filter(|_| !limit_out_of_reach).unwrap_or(state.cost.expected());
     let found = if counts {
         Needed::of(horizon, cost, &mut state.nearby).map(Some)
     } else {
@@ -71,6 +72,7 @@ pub(super) fn add_needed(
         total_bits: found.nats / std::f64::consts::LN_2,
         lower_bits: found.lower_nats / std::f64::consts::LN_2,
         cost,
+        limit_out_of_reach,
     });
 }
 

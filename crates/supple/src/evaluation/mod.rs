@@ -229,6 +229,7 @@ fn warnings(
     law_remark: Option<String>,
 ) -> Vec<String> {
     [
+        task.doubts.clone(),
         plan_warnings(task, phi, &state.plan),
         contact_warnings(task, phi, contacts),
         number_warnings(task, state, sampled),

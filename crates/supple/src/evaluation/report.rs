@@ -290,6 +290,9 @@ pub struct NeededInformation {
     /// The expected cost that is met: the bound of the task, or the plan's own cost if there is no bound or it is out of
     /// reach.
     pub cost: f64,
+    /// Whether the bound of the task is out of reach: no information achieves it along this plan.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub limit_out_of_reach: bool,
 }
 
 /// The directed information from the state to the controls, exact for the linearised closed loop.

@@ -7,6 +7,9 @@ use crate::plan::{Plan, PlanStatus};
 use crate::problem::Task;
 use crate::simulate::MonteCarlo;
 
+/// Up to this relative stationarity a plan counts as stationary.
+const LEVEL: f64 = 1e-6;
+
 /// Why a plan should not be trusted, in words: if it did not converge, how its search ended, with the step and the
 /// control where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
 ///
@@ -120,6 +123,14 @@ fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {
         list.get(index).map_or_else(|| format!("{what} {}", index + 1), |channel| channel.name.clone())
     };
     let unit = |index: usize| channels.states.get(index).map_or("", |channel| channel.unit.as_str());
+    if plan.status == PlanStatus::Indefinite && plan.relative_stationarity <= LEVEL {
+        return format!(
+            "task `{}`: the plan is stationary ({} iterations), but no strict minimum: the second derivative of the cost in the \
+             controls, R + B'SB of the control law, is not positive definite, so that the cost does not determine every \
+             control. Give every control a weight, or leave out controls that do the same as others, or nothing",
+            task.name, plan.iterations
+        );
+    }
     let (step, control) = plan.steepest;
     let mut text = format!(
         "task `{}`: the plan did not converge ({}, {} iterations): at {} the cost still changes by {} per unit of `{}`",

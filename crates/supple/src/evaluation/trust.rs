@@ -18,6 +18,8 @@ const TOLERATED_BITS: f64 = 0.5;
 const CHANCE: f64 = 2.7e-3;
 /// Margin on the recommended number of roll-outs, because their spread is only estimated from a sample.
 const MORE: f64 = 1.2;
+/// Roll-outs to advise where those made tell nothing of their spread.
+const FEW_ROLLOUTS: usize = 32;
 /// Ratio to which the number is found.
 const FINELY: f64 = 1.005;
 /// Three standard deviations, as a share of a band with 95 %.
@@ -274,7 +276,7 @@ fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize>
     }
     let made = sampled.rollouts.max(1) as f64;
     if !error.is_finite() {
-        return Some(2 * sampled.rollouts.max(1));
+        return Some(FEW_ROLLOUTS.max(2 * sampled.rollouts));
     }
     // The standard error falls with the square root of the number. It is itself an estimate.
     let deviation = sampled.cost_standard_error * made.sqrt();

@@ -121,7 +121,7 @@ impl Approach<'_> {
                 kept.follow(problem, found, work, scratch);
             }
             let settings = if apart { self.settings } else { &loose };
-            let planned = search_free(problem, Asked { settings, patience }, found, work, scratch).is_ok();
+            let planned = search_free(problem, Asked::of(settings, patience), found, work, scratch).is_ok();
             self.iterations += found.iterations;
             if !(planned && found.status.is_converged()) && friction.go_back() {
                 continue;
@@ -157,14 +157,7 @@ impl Approach<'_> {
         // Far from a plan, longer steps may lead elsewhere.
         let phi = self.parameters(0.0, SPEEDS[0], self.task.steps);
         let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
-        search_free(
-            problem,
-            Asked { settings: &self.loose(TOLERANCE), patience: Patience::Full },
-            found,
-            work,
-            scratch,
-        )
-        .ok()?;
+        search_free(problem, Asked::of(&self.loose(TOLERANCE), Patience::Full), found, work, scratch).ok()?;
         self.iterations += found.iterations;
         let (guess, deadline) = (&found.trajectory, work.deadline);
         let loose = self.loose(LAST_COARSE_TOLERANCE);
@@ -179,8 +172,7 @@ impl Approach<'_> {
             let phi = self.parameters(0.0, COARSE_SPEED, steps);
             let problem = NominalProblem { system: self.system, phi: &phi, bounds: None };
             kept.over(steps).follow(problem, &mut plan, &mut work, scratch);
-            search_free(problem, Asked { settings: &loose, patience: Patience::Close }, &mut plan, &mut work, scratch)
-                .ok()?;
+            search_free(problem, Asked::of(&loose, Patience::Close), &mut plan, &mut work, scratch).ok()?;
             self.iterations += plan.iterations;
             kept = Kept::of(&plan);
         }

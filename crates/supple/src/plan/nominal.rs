@@ -4,8 +4,9 @@ use supple_kernels::Scratch;
 use supple_lqg::Regularisation;
 use supple_model::system::RollOut;
 
+use super::first_guess::start_fed_back;
 use super::search::{Asked, minimise};
-use super::sweeps::{finish, start, sweep};
+use super::sweeps::{finish, roll_out, sweep};
 use super::{NominalProblem, Plan, PlanStatus, PlanWorkspace};
 use crate::Error;
 
@@ -32,7 +33,10 @@ pub(super) fn search_free(
     let before = if free_first {
         start_from_free(problem, asked, plan, work, scratch)?
     } else {
-        start(problem, plan, scratch)?;
+        match asked.fed_back {
+            true => start_fed_back(problem, plan, work, scratch)?,
+            false => roll_out(problem, plan, scratch)?,
+        }
         0
     };
     let mut settings = asked.settings.clone();
@@ -68,7 +72,7 @@ fn start_from_free(
 ) -> Result<usize, Error> {
     let free = NominalProblem { bounds: None, ..problem };
     work.guess.copy_from(&plan.trajectory.controls);
-    let mut found = start(free, plan, scratch).is_ok();
+    let mut found = roll_out(free, plan, scratch).is_ok();
     if found {
         let status = minimise(free, asked, plan, work, scratch);
         found = status.is_converged() && sweep(free, Regularisation::default(), None, plan).is_ok();
@@ -81,7 +85,7 @@ fn start_from_free(
         cost = system.roll_out(law, phi, &mut work.candidate, scratch);
     }
     plan.trajectory.controls.copy_from(&work.guess);
-    let started = start(problem, plan, scratch);
+    let started = roll_out(problem, plan, scratch);
     plan.regularised = regularised;
     if cost.is_finite() && (started.is_err() || cost < plan.nominal_cost) {
         std::mem::swap(&mut plan.trajectory, &mut work.candidate);

@@ -47,6 +47,15 @@ pub(crate) enum Patience {
 pub(crate) struct Asked<'a> {
     pub settings: &'a PlanSettings,
     pub patience: Patience,
+    /// Whether feedback is added to the first guess if its cost overflows.
+    pub fed_back: bool,
+}
+
+impl<'a> Asked<'a> {
+    /// A search from a first guess without feedback.
+    pub fn of(settings: &'a PlanSettings, patience: Patience) -> Self {
+        Self { settings, patience, fed_back: false }
+    }
 }
 
 /// Searches for a plan from the trajectory in `plan`, which is rolled out; leaves the best one there.
@@ -57,7 +66,7 @@ pub(super) fn minimise(
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> PlanStatus {
-    let Asked { settings, patience } = asked;
+    let Asked { settings, patience, .. } = asked;
     let close = matches!(patience, Patience::Close | Patience::Continued);
     let by_products = problem.bounds.is_none() && problem.system.has_costly_curvature();
     let costly = !by_products && problem.system.has_costly_curvature();

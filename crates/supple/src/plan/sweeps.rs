@@ -15,7 +15,10 @@ const LEAST_MU: f64 = 1e-9;
 const MOST_MU: f64 = 1e12;
 
 /// Rolls the first guess out, moved inside the bounds.
-pub(crate) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scratch) -> Result<(), Error> {
+///
+/// # Errors
+/// If its cost is not finite.
+pub(crate) fn roll_out(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scratch) -> Result<(), Error> {
     if let Some(bounds) = problem.bounds {
         bounds.clamp_all(&mut plan.trajectory.controls);
     }

@@ -79,7 +79,7 @@ pub fn plan(
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    search(problem, Asked { settings, patience: Patience::Full }, plan, work, scratch)
+    search(problem, Asked::of(settings, Patience::Full), plan, work, scratch)
 }
 
 /// Finds a nominal plan that keeps the limits of its system: first without them, then, if that plan does not keep
@@ -310,7 +310,7 @@ impl<'a> Rounds<'a> {
         let phi = problem.phi;
         plan.nominal_cost = system.roll_out(RollOut::Controls, phi, &mut plan.trajectory, scratch);
         (plan.iterations, plan.regularised) = (0, 0);
-        let status = minimise(problem, Asked { settings, patience: Patience::Close }, plan, work, scratch);
+        let status = minimise(problem, Asked::of(settings, Patience::Close), plan, work, scratch);
         plan.multipliers = system.slopes(plan.trajectory.points(), phi, scratch);
         self.iterations += plan.iterations;
         self.regularised += plan.regularised;

@@ -262,6 +262,8 @@ pub struct Task {
     pub control_bounds: Option<ControlBounds>,
     /// Its noise.
     pub noise: NoiseModel,
+    /// Reasons not to trust any number of this task, such as derivatives of its model that are wrong: warnings of every result.
+    pub doubts: Vec<String>,
     /// Model and costs, differentiated. Copies of the task share it.
     pub system: Arc<dyn System>,
 }
@@ -305,6 +307,7 @@ impl Task {
             known_controls: None,
             control_bounds: None,
             noise,
+            doubts: Vec::new(),
             system,
         }
     }

@@ -123,11 +123,13 @@ impl DesignSettings {
             return Err(Unfit::new("rollouts", format!("must be at most {MOST_ROLLOUTS}; found {rollouts}")));
         }
         if !self.information.are_valid() {
-            let found = self.information;
-            return Err(Unfit::new(
-                "information",
-                format!("weights must be at least 0, and at least one positive; found {found}"),
-            ));
+            let message = match self.information.to_string() {
+                none if none.is_empty() => {
+                    "no weight is positive; valid: `needed`, `used` and `measured`, each at least 0".into()
+                }
+                found => format!("weights must be at least 0, and at least one positive; found {found}"),
+            };
+            return Err(Unfit::new("information", message));
         }
         if self.information != InformationWeights::MEASURED
             && (self.gradient == GradientKind::Frozen || self.method == Method::Barrier)

@@ -101,6 +101,28 @@ fn belief_plans_cost_no_more_than_nominal_ones() {
     }
 }
 
+/// A mean that an unstable plant carries away, over a horizon at whose end it would be 1e165 times as far without feedback.
+#[test]
+fn unstable_plants_are_planned_over_long_horizons() {
+    let file = |steps: usize| {
+        format!(
+            "model = {{ kind = \"linear\", A = [[1.1]], B = [[1.0]], C = [[1.0]] }}\n[[tasks]]\nname = \"hold\"\n\
+             steps = {steps}\ntime_step = 1.0\ninitial_state = [1e-3]\ninitial_control = [0.0]\n\
+             noise = {{ initial = [1.0], process = [1.0], measurement = [1.0] }}\n\
+             costs = [{{ kind = \"quadratic\", Q = [[1.0]], R = [[1.0]] }}]\n"
+        )
+    };
+    let costs = [100, 4000].map(|steps| {
+        let problem = supple_file::parse(&file(steps), "hold.toml").unwrap();
+        let found = problem.evaluate(&[], &EvaluateOptions::default()).unwrap();
+        assert!(found.feasible && found.tasks[0].warnings.is_empty());
+        found.tasks[0].cost.parts.nominal
+    });
+    // From the stationary Riccati equation; the end of either horizon changes it by less than rounding.
+    let s = 0.5 * (1.21 + (1.21_f64 * 1.21 + 4.0).sqrt());
+    assert!(costs.iter().all(|cost| (cost - s * 1e-6).abs() < 1e-12 * s), "{costs:?}");
+}
+
 #[test]
 fn with_hardly_any_noise_the_belief_plan_is_the_nominal_one() {
     let problem = changed(

@@ -151,6 +151,14 @@ fn held_up(limb: &Limb, found: &mut Vec<Start>) -> Result<(), Failure> {
     found.retain(|start| falls(start).is_empty());
     if found.is_empty() {
         let joints = quoted(&first.iter().map(|&dof| &*limb.joints()[dof]).collect::<Vec<_>>());
+        let robot = &limb.planning.robot;
+        let is_sprung = |&dof: &usize| robot.joints[limb.planning.tree.joint_indices()[dof]].stiffness > 0.0;
+        if first.iter().all(is_sprung) {
+            return Err(Failure::usage(format!(
+                "no posture was found in which the springs of joints {joints}, for which the robot file has no drive, hold them; \
+                 choose stiffer springs, or a --frame that at most two joints move"
+            )));
+        }
         return Err(Failure::usage(format!(
             "gravity moves joints {joints}, for which the robot file has no drive: floating bases and robots that fall are \
              not supported; remove these joints from the file, give them actuators, or choose another --frame"

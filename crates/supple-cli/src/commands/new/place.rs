@@ -7,9 +7,10 @@ use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{
     Kinematics, Limits, Numbers, Pose, PoseGoal, Reach, Reached, bias, frame_jacobian, inverse_kinematics, mass_matrix,
 };
+use supple_text::significant;
 
 use super::limb::Limb;
-use crate::commands::robot::SMOOTHING;
+use crate::commands::robot::{Planning, SMOOTHING};
 
 /// Number of sampled postures; of inverse-kinematics attempts; and of attempts while none has succeeded.
 const SAMPLES: usize = 400;
@@ -17,6 +18,8 @@ const TRIED: usize = 24;
 const MOST_TRIED: usize = 120;
 /// How far joints without limits are searched, rad or m.
 const FAR: f64 = 0.5 * PI;
+/// Steps by which joints with springs approach where these hold them.
+const SETTLING: usize = 60;
 /// Share of an effort limit that holding a posture may take.
 pub const LOADED: f64 = 0.8;
 /// Limbs with fewer joints can only move their tool on a line or surface: their tasks specify joint positions,
@@ -233,6 +236,27 @@ impl<'a> Search<'a> {
         inverse_kinematics(&limb.planning.tree, &self.numbers, &goal, &reach)
     }
 
+    /// Moves joints with a spring and without a drive to where their springs hold them, within their limits. Springs that
+    /// are too weak leave them elsewhere.
+    fn settle(&self, q: &mut [f64]) {
+        let Planning { tree, robot, .. } = &self.limb.planning;
+        let driven = self.limb.driven();
+        let stiffness = |dof: usize| robot.joints[tree.joint_indices()[dof]].stiffness;
+        let sprung: Vec<usize> = (0..q.len()).filter(|dof| !driven.contains(dof) && stiffness(*dof) > 0.0).collect();
+        if sprung.is_empty() {
+            return;
+        }
+        for _ in 0..SETTLING {
+            let kinematics = Kinematics::at_rest(tree, &self.numbers, q);
+            let held = bias(tree, &self.numbers, &kinematics, q, &vec![0.0; q.len()], SMOOTHING);
+            for &dof in &sprung {
+                let Limits { lower, upper, .. } = self.limits[dof];
+                q[dof] = (q[dof] - held[dof] / stiffness(dof)).clamp(lower, upper);
+            }
+        }
+        sprung.into_iter().for_each(|dof| q[dof] = significant(q[dof], 6));
+    }
+
     /// A start near a posture, with the tool before the wall.
     fn start(&self, near: &[f64], normal: [f64; 3], at: Option<[f64; 3]>) -> Option<Start> {
         let limb = self.limb;
@@ -251,7 +275,11 @@ impl<'a> Search<'a> {
             .flatten()
             .map(|position| (position, self.reached(&limb.planning.start, position, chosen)))
             .find(|(_, reached)| reached.is_there() || few && reached.distance < NEAR * limb.reach)?;
-        let q: Vec<f64> = if few { reached.q.iter().copied().map(four_decimals).collect() } else { reached.q.clone() };
+        let mut q = reached.q;
+        if few {
+            q.iter_mut().for_each(|q| *q = four_decimals(*q));
+            self.settle(&mut q);
+        }
         let (pose, worth) = self.worth(&q);
         // The tool could only slide along this wall, never press on it.
         if few && self.facing(&q, &pose, normal) < FACING {

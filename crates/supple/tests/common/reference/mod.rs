@@ -40,6 +40,7 @@ pub fn task(
         known_controls: None,
         control_bounds: None,
         noise,
+        doubts: Vec::new(),
         system: Arc::new(system),
     }
 }
