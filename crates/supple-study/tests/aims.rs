@@ -10,7 +10,7 @@ use supple::parameters::Scale;
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Evaluation, Matrices, TaskEvaluation, Verdict};
 use supple_study::design::DesignReport;
-use supple_study::{LoadedTask, Watch};
+use supple_study::{About, LoadedTask, Watch};
 
 fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
@@ -292,4 +292,20 @@ fn the_least_needed_is_one_and_below_a_grid() {
         }
     }
     assert!(feasible > 40 && least <= lowest + 1e-6, "{least} {lowest} {feasible}");
+}
+
+#[test]
+fn reductions_that_roll_outs_do_not_confirm_are_told() {
+    let task = task("two_mass_small.toml");
+    let mut report = designed(&task, "measured", 1);
+    let about = About::of(&task.problem);
+    assert_eq!(report.unconfirmed(&about), None);
+    let sampled = |report: &DesignReport| report.start.tasks[0].monte_carlo.as_ref().unwrap().realised_bits.unwrap();
+    let more = 1.1 * sampled(&report).mean;
+    report.optimum.tasks[0].monte_carlo.as_mut().unwrap().realised_bits.as_mut().unwrap().mean = more;
+    let found = report.unconfirmed(&about).unwrap();
+    assert_eq!(found.sampled, [sampled(&report).mean, more]);
+    assert_eq!(found.predicted[1], report.optimum.tasks[0].information.total_bits);
+    report.settings.information = InformationWeights::of_kind("needed").unwrap();
+    assert_eq!(report.unconfirmed(&about), None, "another information was minimised");
 }

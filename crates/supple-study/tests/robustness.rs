@@ -93,6 +93,26 @@ fn all_designs_see_the_same_random_numbers() {
     assert_eq!((same.difference, same.p_value, same.at_greatest.p_value), (0.0, 1.0, 1.0));
 }
 
+/// Gains for a plant that settles, on one that does not: the task ends before numbers overflow.
+#[test]
+fn costs_that_run_away_count_as_diverged() {
+    let task = load(
+        "model = { kind = \"linear\", A = [[\"a\"]], B = [[1.0]], C = [[1.0]] }\n\
+         parameters.a = { initial = 0.9, bounds = [0.1, 4.0], role = \"study\" }\n\
+         parameters.v = { initial = 1.0, bounds = [0.1, 10.0], role = \"study\" }\n\
+         [[tasks]]\nname = \"hold\"\nsteps = 60\ntime_step = 1.0\ninitial_state = [1.0]\n\
+         noise = { initial = [1.0], process = [1.0], measurement = [\"v\"] }\n\
+         costs = [{ kind = \"quadratic\", Q = [[1.0]], R = [[1.0]] }]\n",
+    );
+    let found = study(&task, "start", "a=0.9,3.0", 20).unwrap();
+    let far = cell(&found, 0, PlannedFor::Nominal, 1);
+    assert_eq!((far.diverged, far.error.as_deref()), (20, None));
+    assert!(far.is_broken() && far.mean.is_nan() && found.cells.iter().filter(|cell| cell.is_broken()).count() == 1);
+    // Noise alone leaves nominal plans as they are.
+    let (hold, phi) = (&task.problem.tasks[0], &task.phi);
+    assert!(hold.plans_alike(phi, &[0.9, 5.0]) && !hold.plans_alike(phi, &[0.8, 1.0]));
+}
+
 /// A controller that believes in the wrong mass is the dearer one, and what diverges is counted.
 #[test]
 fn the_model_may_be_another_than_believed() {
@@ -104,6 +124,7 @@ fn the_model_may_be_another_than_believed() {
     assert_eq!((nominal[2].diverged, nominal[2].error.as_deref()), (8, None), "{:?}", nominal[2]);
     assert!(nominal[2].mean.is_nan() && nominal[2].quantiles == [f64::INFINITY; 5]);
     assert!(truth[2].error.is_some() && truth[2].mean.is_nan(), "no plan at this time step: {:?}", truth[2]);
+    assert!(nominal[2].is_broken() && !nominal[0].is_broken() && !truth[2].is_missing());
     let text = serde_json::to_string(&found).unwrap();
     let again: Robustness = serde_json::from_str(&text).unwrap();
     assert_eq!(again.cells[2].diverged, 8, "what is kept is read again");

@@ -2,11 +2,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use supple::Matrices;
 use supple::design::{Attempts, plan_at};
 use supple::lqg::Noise;
 use supple::pipeline::TaskState;
+use supple::plan::PlanMode;
 use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
+use supple::{Matrices, Problem, Task};
 
 use super::statistics::{half_width, mean_and_deviation, quantile};
 use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
@@ -38,6 +39,29 @@ fn growth(nominal: &Noise, truth: &Noise) -> f64 {
     ];
     let ratios = pairs.map(|(from, to)| if largest(from) > 0.0 { largest(to) / largest(from) } else { 1.0 });
     ratios.into_iter().fold(1.0, f64::max)
+}
+
+/// A task planned for the truth, from its plan at the nominal parameters.
+fn planned(
+    problem: &Problem,
+    task: &Task,
+    (nominal_phi, nominal): (&[f64], &TaskState),
+    phi: &[f64],
+) -> Result<TaskState, supple::Error> {
+    let mut state = TaskState::new(task);
+    if problem.planning.plan == PlanMode::Nominal && task.plans_alike(nominal_phi, phi) {
+        state.plan = nominal.plan.clone();
+        state.assess(task, phi)?;
+        return Ok(state);
+    }
+    let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
+    let controls = &nominal.plan.trajectory.controls;
+    let warm = plan_at(problem, task, phi, Some(controls), attempts, &mut state);
+    // If the model changed too much for the nominal plan to be a good warm start, use the task's guesses.
+    if warm.is_err() || !state.plan.status.is_converged() {
+        plan_at(problem, task, phi, None, attempts, &mut state)?;
+    }
+    Ok(state)
 }
 
 /// What cells say that were not computed when the study was stopped.
@@ -131,7 +155,7 @@ impl Place {
         // What costs a million times as much as expected has diverged, and is finite only because the task ends.
         let diverged = |costs: &mut [f64], expected: f64| {
             let most = RUNAWAY * expected.abs();
-            costs.iter_mut().filter(|cost| cost.abs() > most).for_each(|cost| *cost = f64::INFINITY);
+            costs.iter_mut().filter(|cost| most > 0.0 && cost.abs() > most).for_each(|cost| *cost = f64::INFINITY);
         };
         let nominal = &design.states[self.task];
         let mut phi = design.phi.clone();
@@ -148,14 +172,7 @@ impl Place {
                 Ok((costs, None))
             }
             PlannedFor::Truth => {
-                let mut state = TaskState::new(task);
-                let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
-                let controls = &nominal.plan.trajectory.controls;
-                let planned = plan_at(problem, task, &phi, Some(controls), attempts, &mut state);
-                // If the model changed too much for the nominal plan to be a good warm start, use the task's guesses.
-                if planned.is_err() || !state.plan.status.is_converged() {
-                    plan_at(problem, task, &phi, None, attempts, &mut state)?;
-                }
+                let state = planned(problem, task, (&design.phi, nominal), &phi)?;
                 let world = World { phi: &phi, noise: &state.noise };
                 let mut costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;
                 diverged(&mut costs, state.cost.expected());
