@@ -380,7 +380,9 @@ def wrapped(x: Any, p: Any) -> Any:
     return x[:1] - 2 * jnp.pi * jnp.round(x[:1] / (2 * jnp.pi))
 
 
-@pytest.mark.parametrize(("observe", "doubted"), [(encoder, True), (wrapped, False), (lambda x, p: jnp.sin(x[:1]), False)])
+@pytest.mark.parametrize(
+    ("observe", "doubted"), [(encoder, True), (wrapped, False), (lambda x, p: jnp.sin(x[:1]), False)]
+)
 def test_derivatives_that_miss_jumps_are_told_in_every_result(observe: Any, doubted: bool) -> None:
     model = supple.Model(
         step=lambda x, u, p: jnp.array([x[0] + 0.05 * x[1], x[1] + 0.05 * (u[0] - p.k * x[0])]),
