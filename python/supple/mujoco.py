@@ -360,6 +360,7 @@ class _Engine(own.Model):
         self, backend: MujocoBackend, parameters: Mapping[str, Parameter], channels: tuple[tuple[Channel, ...], ...]
     ) -> None:
         self._backend = backend
+        self._jax = None
         self._parameters = dict(parameters)
         keys = ("states", "controls", "measurements")
         self._channels = {key: {one.name: one.unit for one in some} for key, some in zip(keys, channels, strict=True)}

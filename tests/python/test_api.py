@@ -129,7 +129,8 @@ def test_a_contact_that_is_missed_is_a_warning(tmp_path: Path) -> None:
     found = supple.load(idle).evaluate()
     wall = found.tasks["press"].contacts["wall"]
     assert not wall.touches and wall.first_s is None and wall.last_s is None and wall.peak_force_N == 0.0
-    (warning,) = found.warnings
+    (warning,) = found.tasks["press"].warnings
+    assert found.warnings[0] == warning
     assert warning.startswith(
         "task `press`: the plan never makes contact with `wall`, but cost 1 (contact_force) tracks a force of 10 N there"
     )

@@ -59,7 +59,7 @@ def test_a_limit_out_of_reach_is_told_with_the_needed_information(task: supple.T
 
 
 def test_rates_are_of_what_is_minimised(task: supple.Task) -> None:
-    measured = task.design(starts=1, rollouts=0)
+    measured = task.design(starts=1, rollouts=0, information="measured")
     needed = task.design(starts=1, rollouts=0, information="needed")
     press = needed.tasks["press"].information
     seconds = press.total_bits / press.bits_per_second

@@ -151,7 +151,16 @@ def test_an_unstable_plant_with_a_mean_is_planned_over_a_long_horizon() -> None:
 
 def test_a_plan_that_is_no_strict_minimum_says_why() -> None:
     task = supple.linear(
-        np.eye(2), [[0, 0], [1, 1]], [[1, 0]], np.eye(2), [[1]], np.eye(2), np.eye(2), np.zeros((2, 2)), N=5
+        [[1, 0.1], [0, 1]],
+        [[0, 0], [0.1, 0.1]],
+        [[1, 0]],
+        1e-3 * np.eye(2),
+        [[1e-3]],
+        1e-2 * np.eye(2),
+        np.eye(2),
+        np.zeros((2, 2)),
+        x0=[1, 0],
+        N=5,
     )
     (warning,) = task.evaluate(rollouts=0).warnings
     assert "no strict minimum" in warning and "R + B'SB" in warning

@@ -209,7 +209,7 @@ def conclude(
     dearer = plant.cost_mean - cost
     many_times = dearer > MUCH_DEARER * abs(cost)
     # Designs are at their limits: their roll-outs are above it half of the time.
-    exceeds = limit is not None and cost <= limit * (1.0 + AT_LIMIT) and plant.cost_interval_95[0] > limit
+    exceeds = limit is not None and cost <= limit * (1.0 + AT_LIMIT) and bool(plant.cost_interval_95[0] > limit)
     if np.isfinite(dearer) and (many_times or dearer > DEARER * abs(cost) and plant.cost_interval_95[0] > cost):
         broken = broken or many_times or exceeds
         above = f", above the limit of {limit:.4g}" if exceeds else ""
