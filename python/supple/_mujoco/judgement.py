@@ -155,8 +155,9 @@ class Moves:
             )
         if whole <= small:
             return (
-                "single steps are those of MuJoCo, so neither the time step nor the model is at fault: the closed loop amplifies "
-                "small differences"
+                "single steps are those of MuJoCo up to what the filter notices, so the model is not at fault: the closed loop "
+                "amplifies small differences, or a contact is stiff for the time step; if roll-outs of `supple evaluate` on finer "
+                "steps cost more too, use the `substeps` that it advises"
             )
         if most == "varied":
             return f"the robot differs from supple's model as requested ({self.asked}), which has the largest effect"
