@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 use supple::design::{Attempts, plan_at};
 use supple::lqg::Noise;
 use supple::pipeline::TaskState;
-use supple::plan::PlanMode;
 use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
 use supple::{Matrices, Problem, Task};
 
@@ -42,18 +41,8 @@ fn growth(nominal: &Noise, truth: &Noise) -> f64 {
 }
 
 /// A task planned for the truth, from its plan at the nominal parameters.
-fn planned(
-    problem: &Problem,
-    task: &Task,
-    (nominal_phi, nominal): (&[f64], &TaskState),
-    phi: &[f64],
-) -> Result<TaskState, supple::Error> {
+fn planned(problem: &Problem, task: &Task, nominal: &TaskState, phi: &[f64]) -> Result<TaskState, supple::Error> {
     let mut state = TaskState::new(task);
-    if problem.planning.plan == PlanMode::Nominal && task.plans_alike(nominal_phi, phi) {
-        state.plan = nominal.plan.clone();
-        state.assess(task, phi)?;
-        return Ok(state);
-    }
     let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
     let controls = &nominal.plan.trajectory.controls;
     let warm = plan_at(problem, task, phi, Some(controls), attempts, &mut state);
@@ -172,7 +161,7 @@ impl Place {
                 Ok((costs, None))
             }
             PlannedFor::Truth => {
-                let state = planned(problem, task, (&design.phi, nominal), &phi)?;
+                let state = planned(problem, task, nominal, &phi)?;
                 let world = World { phi: &phi, noise: &state.noise };
                 let mut costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;
                 diverged(&mut costs, state.cost.expected());

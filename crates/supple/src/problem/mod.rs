@@ -355,16 +355,6 @@ impl Task {
         Self { control_bounds: Some(bounds), ..self }
     }
 
-    /// Whether nominal plans are the same at two points in the space of parameters, as these differ in noise or the cost limit alone.
-    #[must_use]
-    pub fn plans_alike(&self, phi: &[f64], other: &[f64]) -> bool {
-        let depends = self.system.depends_on(phi.len());
-        let same = |value: &Value| value.resolve::<f64>(phi) == value.resolve::<f64>(other);
-        phi.iter().zip(other).zip(depends).all(|((a, b), depends)| a == b || !depends)
-            && same(&self.time_step)
-            && self.initial_state.iter().chain(self.initial_control.iter().flatten()).all(same)
-    }
-
     /// Its nominal planning problem at `phi`.
     #[must_use]
     pub fn nominal<'a>(&'a self, phi: &'a [f64]) -> NominalProblem<'a> {
