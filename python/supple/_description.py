@@ -24,6 +24,7 @@ __all__ = [
     "Number",
     "VaryingVariance",
     "bounds",
+    "check_printable",
     "combine",
     "control_rows",
     "declared",
@@ -268,8 +269,6 @@ def bounds(given: Sequence[tuple[float, float]] | None) -> list[list[float | Non
 
 def made(description: dict[str, Any]) -> Task:
     """The task of a description; other processes rebuild the task in the same way."""
-    for task in json.loads(description["plain"])["tasks"]:
-        check_printable("name of the task", task["name"])
     described = {"source": source(description), **description}
     return Task(NativeTask.own(described), ("own", described))
 

@@ -95,6 +95,7 @@ def linear(
         UsageError: If an array has a wrong shape, is not finite, or is not a valid covariance or weight; the message names the
             array, what was found and what is valid.
     """
+    describe.check_printable("name of the task", name)
     sizes = Sizes.of(A, B, C, N)
     n, m, p = sizes.states, sizes.controls, sizes.measurements
     system: dict[str, Any] = {

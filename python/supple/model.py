@@ -247,6 +247,7 @@ class Model:
         """
         if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
             raise UsageError(f"steps={steps!r}: a whole number of at least 1")
+        describe.check_printable("name of the task", name)
         rows = describe.control_rows(initial_control)
         near = self._near(initial_state, rows, int(steps))
         described = {

@@ -81,7 +81,7 @@ def test_templates_are_validated(made: Path, template: str) -> None:
     found = supple.mujoco.validate(supple.load(made / f"arm_{template}.toml"), rollouts=4).tasks[template]
     assert found.mujoco.diverged == 0 and found.conclusion
     # What templates write is coarse: where that shows, it is said, with the remedy.
-    holds = found.conclusion.startswith("the design holds on MuJoCo as predicted")
+    holds = found.conclusion == "the design holds on MuJoCo as predicted"
     assert holds or "too coarse" in found.conclusion and "use `substeps = " in found.conclusion
     assert not (holds and found.broken)
 

@@ -54,9 +54,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use supple::Named;
 use supple::design::DesignStatus;
 use supple::parameters::Role;
+use supple::{Named, Verdict};
 
 use crate::journal::{Identity, Parts};
 use crate::{LoadedTask, StudyError, Watch, lenient};
@@ -188,11 +188,11 @@ impl RobustCell {
         self.error.as_deref() == Some(cell::STOPPED)
     }
 
-    /// Whether roll-outs have nothing in common with what is expected: they diverged, or surely cost 11 times as much, as in
-    /// verdicts of evaluations.
+    /// Whether roll-outs have nothing in common with what is expected: they diverged, or surely cost [many times](Verdict::FAR_MORE) as
+    /// much, as in verdicts of evaluations.
     #[must_use]
     pub fn is_broken(&self) -> bool {
-        let far = |expected: f64| self.mean - self.half_width_95 > 11.0 * expected.abs();
+        let far = |expected: f64| self.mean - self.half_width_95 > Verdict::FAR_MORE * expected.abs();
         self.diverged > 0 || self.expected.is_some_and(far)
     }
 }

@@ -28,8 +28,6 @@ const THREE: f64 = 3.0 / 1.96;
 const INCONSISTENT: f64 = 0.2;
 /// Consistency above which the filter's covariance has nothing to do with its errors.
 const LOST: f64 = 10.0;
-/// Sampled costs and information above this many times the predicted ones have nothing to do with them.
-const FAR_MORE: f64 = 11.0;
 /// Factor on the sub-steps that is advised where finer steps change what roll-outs do.
 const SUBSTEPS: usize = 8;
 /// Share of the roll-outs in which a contact of the plan should touch.
@@ -69,6 +67,11 @@ pub enum Verdict {
     /// information, or have innovations whose squares are above 10 times what is expected; or the plan is indefinite: its
     /// numbers must not be used.
     Broken,
+}
+
+impl Verdict {
+    /// Sampled costs and information above this many times the predicted ones have nothing to do with them.
+    pub const FAR_MORE: f64 = 11.0;
 }
 
 impl fmt::Display for Verdict {
@@ -178,13 +181,13 @@ fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let by_chance = chance(sampled.rollouts);
     let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - by_chance * bits.standard_error);
     let (error, _) = cost_error(predicted, sampled);
-    let far_more = FAR_MORE * predicted.cost.abs();
+    let far_more = Verdict::FAR_MORE * predicted.cost.abs();
     let costs = differs(predicted, sampled) && sampled.cost_mean - error > far_more;
     let costs_on_finer_steps = sampled.finer.as_ref().is_some_and(|finer| {
         finer.cost_mean - chance(finer.rollouts) * finer.difference_standard_error
-            > far_more.max(FAR_MORE * finer.own_cost_mean)
+            > far_more.max(Verdict::FAR_MORE * finer.own_cost_mean)
     });
-    of_filter || bits > FAR_MORE * predicted.bits.max(1.0) || costs || costs_on_finer_steps
+    of_filter || bits > Verdict::FAR_MORE * predicted.bits.max(1.0) || costs || costs_on_finer_steps
 }
 
 /// What is wrong, and what to try, if the same roll-outs have another cost on a plant with finer steps, the filter

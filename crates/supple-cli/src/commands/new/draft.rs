@@ -151,9 +151,7 @@ fn held_up(limb: &Limb, found: &mut Vec<Start>) -> Result<(), Failure> {
     found.retain(|start| falls(start).is_empty());
     if found.is_empty() {
         let joints = quoted(&first.iter().map(|&dof| &*limb.joints()[dof]).collect::<Vec<_>>());
-        let robot = &limb.planning.robot;
-        let is_sprung = |&dof: &usize| robot.joints[limb.planning.tree.joint_indices()[dof]].stiffness > 0.0;
-        if first.iter().all(is_sprung) {
+        if first.iter().all(|&dof| limb.stiffness(dof) > 0.0) {
             return Err(Failure::usage(format!(
                 "no posture was found in which the springs of joints {joints}, for which the robot file has no drive, hold them; \
                  choose stiffer springs, or a --frame that at most two joints move"

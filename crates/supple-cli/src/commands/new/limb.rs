@@ -110,6 +110,11 @@ impl Limb {
         indices.map(|&joint| self.planning.robot.greatest_effort(joint)).collect()
     }
 
+    /// Stiffness of the spring of a joint, N m/rad or N/m; 0 if it has none.
+    pub fn stiffness(&self, dof: usize) -> f64 {
+        self.planning.robot.joints[self.planning.tree.joint_indices()[dof]].stiffness
+    }
+
     /// What moves the tool, for people.
     pub fn chosen(&self) -> String {
         let joints = self.joints();

@@ -10,7 +10,7 @@ use supple_robot::{
 use supple_text::significant;
 
 use super::limb::Limb;
-use crate::commands::robot::{Planning, SMOOTHING};
+use crate::commands::robot::SMOOTHING;
 
 /// Number of sampled postures; of inverse-kinematics attempts; and of attempts while none has succeeded.
 const SAMPLES: usize = 400;
@@ -239,10 +239,10 @@ impl<'a> Search<'a> {
     /// Moves joints with a spring and without a drive to where their springs hold them, within their limits. Springs that
     /// are too weak leave them elsewhere.
     fn settle(&self, q: &mut [f64]) {
-        let Planning { tree, robot, .. } = &self.limb.planning;
-        let driven = self.limb.driven();
-        let stiffness = |dof: usize| robot.joints[tree.joint_indices()[dof]].stiffness;
-        let sprung: Vec<usize> = (0..q.len()).filter(|dof| !driven.contains(dof) && stiffness(*dof) > 0.0).collect();
+        let (limb, tree) = (self.limb, &self.limb.planning.tree);
+        let driven = limb.driven();
+        let is_sprung = |dof: &usize| !driven.contains(dof) && limb.stiffness(*dof) > 0.0;
+        let sprung: Vec<usize> = (0..q.len()).filter(is_sprung).collect();
         if sprung.is_empty() {
             return;
         }
@@ -251,7 +251,7 @@ impl<'a> Search<'a> {
             let held = bias(tree, &self.numbers, &kinematics, q, &vec![0.0; q.len()], SMOOTHING);
             for &dof in &sprung {
                 let Limits { lower, upper, .. } = self.limits[dof];
-                q[dof] = (q[dof] - held[dof] / stiffness(dof)).clamp(lower, upper);
+                q[dof] = (q[dof] - held[dof] / limb.stiffness(dof)).clamp(lower, upper);
             }
         }
         sprung.into_iter().for_each(|dof| q[dof] = significant(q[dof], 6));
