@@ -20,6 +20,7 @@ __all__ = [
     "GradientReport",
     "InformationReport",
     "LimitReached",
+    "LimitShare",
     "LimitViolation",
     "MeasurementReport",
     "MonteCarlo",
@@ -337,6 +338,33 @@ class TouchShare(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class LimitShare(Record):
+    """One side of a limit of the robot or the task in roll-outs. Plans keep limits without noise; roll-outs leave them by chance.
+
+    Attributes:
+        name: The limited quantity.
+        limit: The limit, in its unit.
+        upper: Whether it is an upper limit.
+        planned: The least and the greatest value along the plan, (2,).
+        median: Half of the roll-outs go at least as far as this towards the limit, or beyond it.
+        worst: How far the worst roll-out goes.
+        share: Share of the roll-outs that are ever beyond the limit.
+        share_of_time: Share of the time that roll-outs are beyond it, on average.
+        unit: The unit of the limit; empty where there is none.
+    """
+
+    name: str
+    limit: float
+    upper: bool
+    planned: Array
+    median: float
+    worst: float
+    share: float
+    share_of_time: float
+    unit: str = ""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Trust(Record):
     """Whether roll-outs agree with the predictions.
 
@@ -397,6 +425,7 @@ class FinerSteps(Record):
         consistency: Whether the covariance of the filter, which uses the task's own steps, matches its errors.
         realised_bits: Information that the measurements gave to a filter of finer steps, which does not control.
         bits_difference: That minus the bits of the roll-outs with the same numbers on the task's own steps.
+        limits: The limits of the robot and the task, looked at after each of the finer steps; empty if a roll-out diverged.
     """
 
     times: int
@@ -409,6 +438,7 @@ class FinerSteps(Record):
     consistency: Consistency | None = None
     realised_bits: Estimate | None = None
     bits_difference: Estimate | None = None
+    limits: list[LimitShare] = field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -427,6 +457,7 @@ class MonteCarlo(Record):
         consistency: Whether the filter's covariance matches its errors; ``None`` if a roll-out diverged.
         realised_bits: Measured information, bits; ``None`` if a roll-out diverged or noise depends on the state.
         touched: Share of the roll-outs in which each contact touched.
+        limits: The limits of the robot and the task, looked at in every step; empty if a roll-out diverged.
         finer: The roll-outs repeated on a plant with finer steps; ``None`` for models that are not robots.
     """
 
@@ -440,6 +471,7 @@ class MonteCarlo(Record):
     consistency: Consistency | None = None
     realised_bits: Estimate | None = None
     touched: dict[str, TouchShare] = field(default_factory=dict)
+    limits: list[LimitShare] = field(default_factory=list)
     finer: FinerSteps | None = None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from . import _html
 from ._records import Array, Record
-from .reports import Consistency
+from .reports import Consistency, LimitShare
 
 __all__ = ["SampledLoop", "TaskValidation", "Validation"]
 
@@ -28,6 +28,7 @@ class SampledLoop(Record):
         realised_bits_interval_95: 95 % confidence interval of its expectation, (2,); empty if there is none.
         consistency: Whether the filter's covariance matches its errors; ``None`` if a roll-out diverged.
         touched: Share of the roll-outs in which each contact touched, by name.
+        limits: The limits of the robot and the task, at the steps of the task; empty if a roll-out diverged.
         diverged: Number of roll-outs that diverged.
         ends_well: Share of the roll-outs whose final state agrees with the plan's, each entry within
             :data:`supple.mujoco.ENDS_WELL` times the standard deviation that the plan predicts and a tenth of the range that
@@ -41,6 +42,7 @@ class SampledLoop(Record):
     realised_bits_interval_95: Array
     consistency: Consistency | None
     touched: dict[str, float]
+    limits: list[LimitShare]
     diverged: int
     ends_well: float
 
@@ -137,6 +139,7 @@ class Validation(Record):
                     band = f"{loop.consistency.lower_95:.3f} to {loop.consistency.upper_95:.3f}"
                     words.append(f"consistency {loop.consistency.mean:.3f} (95 % band of a consistent filter: {band})")
                 words += [f"{contact} touched in {share:.0%}" for contact, share in loop.touched.items()]
+                words += [_beyond(limit) for limit in loop.limits if limit.share > 0.0]
                 if loop.diverged:
                     words.append(f"{loop.diverged} diverged")
                 rows.append((f"{name}: on {where}", ", ".join(words)))
@@ -150,6 +153,12 @@ class Validation(Record):
 
     def _repr_html_(self) -> str:
         return _html.table(f"Validation {self.title}".rstrip(), self._summary())
+
+
+def _beyond(limit: LimitShare) -> str:
+    side = "above" if limit.upper else "below"
+    bound = f"{limit.limit:.4g} {limit.unit}".rstrip()
+    return f"{limit.name} {side} {bound} in {limit.share:.0%} (median {limit.median:.4g}, worst {limit.worst:.4g})"
 
 
 def _loops(task: TaskValidation) -> dict[str, SampledLoop]:

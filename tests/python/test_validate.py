@@ -218,6 +218,7 @@ def loop(cost: float, interval: tuple[float, float]) -> supple.validation.Sample
         realised_bits_interval_95=np.array([9.0, 11.0]),
         consistency=None,
         touched={},
+        limits=[],
         diverged=0,
         ends_well=1.0,
     )
@@ -226,26 +227,44 @@ def loop(cost: float, interval: tuple[float, float]) -> supple.validation.Sample
 def test_a_cost_of_many_times_the_predicted_one_is_broken_whatever_its_interval() -> None:
     """Ten roll-outs with a heavy tail: the interval reaches down to what was predicted."""
     moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
-    few = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(28.0, (-5.0, 61.0)), "q", moves)
+    few = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(28.0, (-5.0, 61.0)), "q", moves, None)
     assert few.broken and "28 instead of the predicted 1" in few.words and few.words.endswith("the steps")
     # Supple's own roll-outs are as far off: no step of MuJoCo is the cause.
-    alike = conclude((1.0, 10.0), None, loop(14.0, (0.5, 28.0)), loop(28.0, (-5.0, 61.0)), "q", moves)
+    alike = conclude((1.0, 10.0), None, loop(14.0, (0.5, 28.0)), loop(28.0, (-5.0, 61.0)), "q", moves, None)
     assert alike.broken and "supple's own roll-outs are not as predicted either" in alike.words
-    less = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(3.0, (0.5, 5.5)), "q", moves)
+    less = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(3.0, (0.5, 5.5)), "q", moves, None)
     assert not less.broken and less.words == "the design holds on MuJoCo as predicted"
 
 
 def test_cost_limits_count_on_mujoco() -> None:
     moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
     own, judge = loop(12.0, (11.9, 12.1)), (12.5, 10.0)
-    beyond = conclude(judge, 13.0, own, loop(14.8, (14.5, 15.1)), "q", moves)
+    beyond = conclude(judge, 13.0, own, loop(14.8, (14.5, 15.1)), "q", moves, None)
     assert beyond.broken and "14.8 instead of the predicted 12.5, above the limit of 13" in beyond.words
-    within = conclude(judge, 15.0, own, loop(14.8, (14.5, 15.1)), "q", moves)
+    within = conclude(judge, 15.0, own, loop(14.8, (14.5, 15.1)), "q", moves, None)
     assert not within.broken and within.words.startswith("the design is in doubt on MuJoCo")
-    little = conclude(judge, 12.5, own, loop(12.8, (12.7, 12.9)), "q", moves)
+    little = conclude(judge, 12.5, own, loop(12.8, (12.7, 12.9)), "q", moves, None)
     assert not little.broken and little.words == (
         "the design holds on MuJoCo as predicted; its cost there, 12.7 to 12.9, is above the limit of 12.5, by 2.4%"
     )
+
+
+def test_limits_are_looked_at_on_mujoco() -> None:
+    """A plan that keeps a limit of the force on its wall; noise does not, here or there."""
+    text = Path("tasks/peg_on_wall.toml").read_text(encoding="utf-8")
+    limit = '[[tasks.limits]]\nkind = "contact_force"\ncontact = "wall"\nupper = 1.8\nenforce = true\n'
+    task = supple.loads(f"{text}\n{limit}", "tasks/peg_on_wall.toml")
+    found = supple.mujoco.validate(task, rollouts=40)
+    one = found.tasks["insert"]
+    here, there = (
+        next(at for at in loop.limits if at.name == "normal force of wall") for loop in (one.supple, one.mujoco)
+    )
+    report = task.evaluate(rollouts=40).tasks["insert"]
+    assert report.monte_carlo is not None and here.to_dict() == report.monte_carlo.limits[-1].to_dict()
+    assert here.planned.max() == pytest.approx(1.8, rel=1e-6) and min(here.median, there.median) > 2.0
+    assert there.share > 0.9 and there.worst > there.median
+    expected = f"normal force of wall reaches {there.median:.4g} N in half of the roll-outs there"
+    assert expected in one.conclusion and "normal force of wall above 1.8 N in" in repr(found)
 
 
 def test_materials_of_sites_are_no_obstacle() -> None:

@@ -20,6 +20,7 @@
 //! assert_eq!((ends.list.len(), ends.list[0].upper), (1, true));
 //! let recorded = numbers(&[], &followed, &Vocabulary::of(&model), &[]);
 //! assert_eq!((recorded[0].of.as_str(), recorded[0].limits[1]), ("limit 1", 0.03));
+//! assert!(recorded[0].is_limited());
 //! assert!(!shows(&Cost::new(State::new([0]), 1.0)), "states are shown in any case");
 //! # Ok::<(), &'static str>(())
 //! ```
@@ -178,6 +179,16 @@ pub struct FollowedNumber {
     pub limits: [f64; 2],
     /// Whether it depends on the control, so that it has no value at the final step.
     pub depends_on_control: bool,
+}
+
+impl FollowedNumber {
+    /// Whether it has a limit.
+    ///
+    /// Example: the [module](crate::followed).
+    #[must_use]
+    pub fn is_limited(&self) -> bool {
+        self.limits.iter().any(|limit| limit.is_finite())
+    }
 }
 
 const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];

@@ -7,9 +7,10 @@ use crate::branches::{Attempts, plan_at};
 use crate::linearisation::Rows;
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
-use crate::problem::{Problem, Task, check_rollouts};
+use crate::problem::{Problem, Task, TaskAt, check_rollouts};
 use crate::simulate::{
-    BATCH, ClosedLoop, LoopSetting, MonteCarlo, NoiseFactors, Plant, Rollouts, Truth, World, in_batches,
+    BATCH, ClosedLoop, LimitShare, LoopSetting, MonteCarlo, Motion, NoiseFactors, Plant, Rollouts, Truth, Watch, World,
+    in_batches,
 };
 use crate::{Error, contact_reports};
 
@@ -25,6 +26,8 @@ pub struct Runs {
     pub costs: Vec<f64>,
     /// Last true state of each, vectors of length n; meaningless if it diverged.
     pub last_states: Rows,
+    /// The limit that the plan keeps and half of them are furthest beyond, by more than a tenth.
+    pub limit_left: Option<LimitShare>,
 }
 
 /// A plan in closed loop on a plant and, under the same noise, on the task's own model.
@@ -122,15 +125,18 @@ impl Problem {
         let factors = NoiseFactors::of(&noise)?;
         let believed = World { phi, noise: &noise };
         let own = Truth::of(task, phi);
-        let there = Truth { system: &*other.task.system, phi: other.phi, plant: Some(other.plant) };
+        let there = Truth { system: &*other.task.system, phi: other.phi, motion: Motion::Plant(other.plant) };
         let predicted = state.cost.expected();
-        let runs = |truth: Truth, batch: usize| {
-            let setting = LoopSetting { task, plan: &state.plan, believed, truth, factors: &factors, along: None };
+        let plan = &state.plan;
+        let runs = |truth: Truth, task_there: TaskAt, batch: usize| {
+            let watch = Watch::of(task_there, &plan.trajectory);
+            let factors = &factors;
+            let setting = LoopSetting { task, plan, believed, truth, factors, along: None, watch: Some(&watch) };
             Runs::of(setting, predicted, rollouts, batch)
         };
         Ok(Elsewhere {
-            own: runs(own, BATCH)?,
-            plant: runs(there, rollouts.count.max(1))?,
+            own: runs(own, task.at(phi), BATCH)?,
+            plant: runs(there, other.task.at(other.phi), rollouts.count.max(1))?,
             status: state.plan.status,
             predicted_cost: predicted,
             limit: task.bound.map(|bound| bound.resolve(phi)),
@@ -144,8 +150,9 @@ impl Runs {
     fn of(setting: LoopSetting, predicted: f64, rollouts: Rollouts, batch: usize) -> Result<Self, Error> {
         let kept = |closed: ClosedLoop| (closed.outcomes, closed.states.to_rows());
         let (outcomes, last_states): (Vec<_>, Vec<_>) = in_batches(setting, rollouts, batch, kept)?.into_iter().unzip();
-        let mut together = MonteCarlo::of(setting.task, outcomes.concat(), predicted, rollouts.seed);
+        let mut together = MonteCarlo::of(setting, outcomes.concat(), predicted, rollouts.seed);
         let costs = std::mem::take(&mut together.costs);
-        Ok(Self { together, costs, last_states: last_states.concat() })
+        let limit_left = LimitShare::furthest(together.limits.iter()).cloned();
+        Ok(Self { together, costs, last_states: last_states.concat(), limit_left })
     }
 }

@@ -65,6 +65,7 @@ pub mod gradient;
 mod growth;
 mod horizon;
 mod knots;
+mod limited;
 mod linearisation;
 pub mod pipeline;
 pub mod plan;

@@ -53,7 +53,15 @@ pub(crate) fn plan_sampled(
         }
         mu *= 0.5;
         let truth = Truth::of(task, phi);
-        let setting = LoopSetting { task, plan, believed: World { phi, noise }, truth, factors: &factors, along: None };
+        let setting = LoopSetting {
+            task,
+            plan,
+            believed: World { phi, noise },
+            truth,
+            factors: &factors,
+            along: None,
+            watch: None,
+        };
         closed.run(setting, sampled.seed, plan.iterations as u64, Some(&mut record))?;
         let change = average(&mut plan.trajectory, &record.run, sampled.averaging);
         if !change.is_finite() {

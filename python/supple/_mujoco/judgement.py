@@ -10,6 +10,7 @@ import numpy as np
 from .._records import Array
 from .._supple import NativeTask
 from ..checks import Linearisation
+from ..reports import LimitShare
 from ..validation import SampledLoop
 
 __all__ = ["Conclusion", "Moves", "conclude", "enlarged", "sampled"]
@@ -185,6 +186,7 @@ def conclude(
     plant: SampledLoop,
     furthest: str,
     moves: Moves,
+    left: LimitShare | None,
 ) -> Conclusion:
     """The findings and, if they differ from the prediction, their cause.
 
@@ -195,6 +197,7 @@ def conclude(
         plant: Roll-outs on MuJoCo.
         furthest: The state that ends furthest from the plan on MuJoCo.
         moves: Single steps of both.
+        left: The limit that the plan keeps and MuJoCo's roll-outs are furthest beyond, if any is.
     """
     cost, bits = predicted
     doubts = []
@@ -225,7 +228,7 @@ def conclude(
             low, high = plant.cost_interval_95
             share = plant.cost_mean / limit - 1.0
             words += f"; its cost there, {low:.4g} to {high:.4g}, is above the limit of {limit:.4g}, by {share:.1%}"
-        return Conclusion(words, False)
+        return Conclusion(words + _beyond(left), False)
     alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > ASTRAY)
     alike = alike or own.cost_mean - cost > max(DEARER * abs(cost), DEARER * dearer)
     if alike:
@@ -234,4 +237,14 @@ def conclude(
         excess = float("inf") if plant.consistency is None else plant.consistency.mean - 1.0
         why = moves.cause(excess)
     verdict = "the design is broken on MuJoCo" if broken else "the design is in doubt on MuJoCo"
-    return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}", broken)
+    return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}{_beyond(left)}", broken)
+
+
+def _beyond(left: LimitShare | None) -> str:
+    if left is None:
+        return ""
+    unit = f" {left.unit}" if left.unit else ""
+    return (
+        f"; {left.name} reaches {left.median:.4g}{unit} in half of the roll-outs there, and {left.worst:.4g}{unit} in the worst, "
+        f"although the plan keeps its limit of {left.limit:.4g}{unit}"
+    )

@@ -16,7 +16,7 @@ from .._records import Array, build
 from .._supple import NativeTask, mean_and_interval
 from ..checks import Linearisation
 from ..errors import ComputeError, UsageError
-from ..reports import Consistency
+from ..reports import Consistency, LimitShare
 from ..results import Design, Evaluation
 from ..task import Task
 from ..validation import SampledLoop, TaskValidation, Validation
@@ -192,7 +192,8 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         contacts=contact == "mujoco",
     )
     limit = None if found["limit"] is None else float(found["limit"])
-    conclusion = conclude(predicted, limit, own, other, furthest, moves)
+    left = found["plant"]["limit_left"]
+    conclusion = conclude(predicted, limit, own, other, furthest, moves, left and build(LimitShare, left))
     return TaskValidation(
         name=name,
         status=str(found["status"]),
@@ -353,6 +354,7 @@ def _loop(runs: Mapping[str, Any], off: Array) -> SampledLoop:
         realised_bits_interval_95=np.array([] if within is None else within, dtype=np.float64),
         consistency=build(Consistency, consistency) if consistency else None,
         touched={entry["name"]: float(entry["share"]) for entry in runs["touched"]},
+        limits=[build(LimitShare, entry) for entry in runs.get("limits", [])],
         diverged=int(runs["diverged"]),
         ends_well=float(np.mean(well)),
     )

@@ -9,7 +9,7 @@ use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
 use super::ends::at_bounds;
-use super::evaluation::{above_limit, excess, limit_lines, minima, prices, reached_lines};
+use super::evaluation::{above_limit, excess, left_lines, limit_lines, minima, prices, reached_lines};
 use super::next;
 use crate::tables::{Rows, align_right, heading, number, percent, signed, table};
 use crate::{catalogue, contacts, informations, split, trust};
@@ -53,6 +53,12 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     }
     for task in optimum.tasks.iter().filter(|task| !task.limits_reached.is_empty()) {
         let _ = writeln!(page, "The plan of {} is held at limits:\n{}", task.name, reached_lines(task));
+    }
+    for task in &optimum.tasks {
+        let left = left_lines(task);
+        if !left.is_empty() {
+            let _ = writeln!(page, "Roll-outs of {} exceed limits:\n{left}", task.name);
+        }
     }
     page.push_str(&contacts::warnings(optimum));
     let _ = writeln!(page, "{}", verdict(about, report));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use supple::simulate::MonteCarlo;
+use supple::simulate::{LimitShare, MonteCarlo};
 use supple::system::Curvature;
 use supple::{Evaluation, LimitReached, LimitViolation, TaskEvaluation};
 use supple_study::About;
@@ -52,6 +52,10 @@ fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
     }
     if !task.limits_reached.is_empty() {
         let _ = writeln!(page, "  is held at limits:\n{}", reached_lines(task));
+    }
+    let left = left_lines(task);
+    if !left.is_empty() {
+        let _ = writeln!(page, "  roll-outs exceed limits:\n{left}");
     }
     if task.stability.numerically_unstable {
         let _ = writeln!(page, "  {}\n", task.stability);
@@ -142,6 +146,22 @@ pub(super) fn reached_lines(task: &TaskEvaluation) -> String {
         format!("    {name} {side} {limit} ({steps}); +1 lowers the cost by {price}\n")
     };
     first_lines(task.limits_reached.iter().map(line))
+}
+
+/// A line for each limit that roll-outs of a task exceed; empty if there are none.
+pub(super) fn left_lines(task: &TaskEvaluation) -> String {
+    let percent = |share: f64| format!("{} %", short(100.0 * share, 2));
+    let reach = |found: &LimitShare| format!("median {}, worst {}", number(found.median), number(found.worst));
+    let line = |(limit, finer): (&LimitShare, Option<&LimitShare>)| {
+        let LimitShare { name, unit, limit: bound, upper, share, share_of_time, .. } = limit;
+        let side = if *upper { "above" } else { "below" };
+        let of_finer = finer.map_or_else(String::new, |found| format!("; on finer steps {}", reach(found)));
+        let (bound, reached) = (with_unit(*bound, unit), reach(limit));
+        let (share, time) = (percent(*share), percent(*share_of_time));
+        format!("    {name}: {side} {bound} in {share} of them, {time} of the time; {reached}{of_finer}\n")
+    };
+    let exceeded: Vec<_> = task.monte_carlo.iter().flat_map(MonteCarlo::limits_exceeded).collect();
+    first_lines(exceeded.into_iter().map(line))
 }
 
 /// Lines of one list that are printed at most.

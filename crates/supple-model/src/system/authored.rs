@@ -59,6 +59,8 @@ pub(super) struct Programs {
     observe: OnceLock<Program>,
     picks: OnceLock<Option<Vec<usize>>>,
     cost: [OnceLock<Program>; 2],
+    /// With the time step as an additional parameter.
+    follow_limited: OnceLock<Program>,
     dynamics_jacobian: OnceLock<Program>,
     /// With the time step as an additional parameter.
     dynamics_jacobian_with: OnceLock<Program>,
@@ -333,9 +335,9 @@ impl<M: Model> System for Authored<M> {
         step_repeatedly((self.step_program(), self.substeps), at, phi, next, scratch);
     }
 
-    fn step_all_in(&self, parts: usize, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
+    fn step_part(&self, parts: usize, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
         let phi = self.with_time_step(phi, self.time_step.resolve::<f64>(phi) / parts as f64);
-        step_repeatedly((self.step_over_program(), self.substeps * parts), at, &phi, next, scratch);
+        step_repeatedly((self.step_over_program(), self.substeps), at, &phi, next, scratch);
     }
 
     fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
@@ -410,6 +412,17 @@ impl<M: Model> System for Authored<M> {
             of_costs.chain(self.followed.iter().map(|followed| &followed.quantity)).collect();
         let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
         values(&self.model, &quantities, &at, None).concat()
+    }
+
+    fn follow_limited(&self, parts: usize, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        let program = self.program(&self.programs.follow_limited, |recorder| {
+            let numbers = followed::numbers(&[], &self.followed, self.vocabulary(), phi);
+            let limited: Vec<bool> = numbers.iter().map(FollowedNumber::is_limited).collect();
+            recorder.of_any_time_step().follow_limited(&self.followed, &limited)
+        });
+        let phi = self.with_time_step(phi, self.time_step.resolve::<f64>(phi) / parts as f64);
+        let batch = Batch { first: 0, count: at.stages };
+        program.run(batch, (&at_points(at), &phi), (Some(out), &mut []), scratch);
     }
 
     fn constraints(&self) -> Option<&dyn Constraints> {

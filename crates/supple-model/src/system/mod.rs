@@ -163,6 +163,17 @@ pub trait System: Send + Sync {
         Vec::new()
     }
 
+    /// The numbers with limits among these, in their order, at every stage: vectors of as many. For systems with
+    /// [sub-steps](System::substeps), the time step is one of `parts` equal parts of theirs.
+    fn follow_limited(&self, _parts: usize, at: Points, phi: &[f64], out: &mut Matrices, _: &mut Scratch) {
+        let limited: Vec<bool> = self.followed(phi).iter().map(FollowedNumber::is_limited).collect();
+        for i in 0..at.stages {
+            let all = self.follow(at.states.vector(i), at.controls.vector(i), phi);
+            let found = all.into_iter().zip(&limited).filter(|(_, limited)| **limited);
+            out.vector_mut(i).iter_mut().zip(found).for_each(|(to, (value, _))| *to = value);
+        }
+    }
+
     /// The limits that plans enforce; `None` if there are none.
     fn constraints(&self) -> Option<&dyn Constraints> {
         None
@@ -175,10 +186,20 @@ pub trait System: Send + Sync {
         }
     }
 
-    /// [`System::step_all`] with each integration step divided into `parts` equal ones, for systems with
-    /// [sub-steps](System::substeps). Other systems return NaN to signal that they have none.
-    fn step_all_in(&self, _parts: usize, _: Points, _phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
+    /// The state after the first of `parts` equal parts of a step, for systems with [sub-steps](System::substeps): each
+    /// of its integration steps is so many times shorter. Other systems return NaN to signal that they have none.
+    fn step_part(&self, _parts: usize, _: Points, _phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
         next.as_mut_slice().fill(f64::NAN);
+    }
+
+    /// [`System::step_all`] in `parts` equal [parts](System::step_part).
+    fn step_all_in(&self, parts: usize, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
+        self.step_part(parts, at, phi, next, scratch);
+        let mut from = next.clone();
+        for _ in 1..parts {
+            from.copy_from(next);
+            self.step_part(parts, Points { states: &from, ..at }, phi, next, scratch);
+        }
     }
 
     /// `g(x)` at every state, vectors of length p.

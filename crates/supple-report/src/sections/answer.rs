@@ -9,7 +9,7 @@ use supple_text::capitalised;
 
 use super::Context;
 use super::headlines::{Headline, headlines};
-use super::warnings::{limits, warnings};
+use super::warnings::{limits, limits_in_rollouts, warnings};
 use crate::html::{heading, table, with_code, words};
 use crate::numbers::{bits, change, labelled, number, unit, with_unit};
 use crate::part::{Part, end_name};
@@ -47,7 +47,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             div.warnings {
                 p { strong { "Warnings" } }
                 ul { @for warning in &warnings { li { (with_code(warning)) } } }
-                @if let Some(limits) = limits(part) { (limits) }
+                @for limits in [limits(part), limits_in_rollouts(part)].into_iter().flatten() { (limits) }
             }
         }
     })

@@ -1,4 +1,5 @@
 use maud::{Markup, html};
+use supple::simulate::MonteCarlo;
 use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::sweep::misses_contact;
 
@@ -111,8 +112,35 @@ pub fn limits(part: &Part) -> Option<Markup> {
         }
     }
     let head = crate::html::words(["design", "task", "limit", "worst", "steps"]);
-    let table = || crate::html::table("Limits that plans exceed", &head, &rows);
-    (!rows.is_empty()).then(|| html! { details { summary { "All limits that plans exceed" } (table()) } })
+    folded("Limits that plans exceed", &head, &rows)
+}
+
+/// A table of all limits that roll-outs exceed; `None` if there are none.
+pub fn limits_in_rollouts(part: &Part) -> Option<Markup> {
+    let mut rows = Vec::new();
+    for shown in part.designs() {
+        for task in &shown.at.tasks {
+            let exceeded = task.monte_carlo.iter().flat_map(MonteCarlo::limits_exceeded);
+            rows.extend(exceeded.map(|(limit, finer)| {
+                let side = if limit.upper { "at most" } else { "at least" };
+                let bound = crate::numbers::with_unit(limit.limit, &limit.unit);
+                let bound = format!("{}, {side} {bound}", plain(&limit.name));
+                let [share, time] =
+                    [limit.share, limit.share_of_time].map(|share| format!("{} %", number(100.0 * share)));
+                let on_finer = finer.map_or_else(String::new, |finer| number(finer.worst));
+                let [median, worst] = [limit.median, limit.worst].map(number);
+                vec![shown.name.clone(), task.name.clone(), bound, share, time, median, worst, on_finer]
+            }));
+        }
+    }
+    let head = ["design", "task", "limit", "roll-outs", "time", "median", "worst", "worst on finer steps"];
+    folded("Limits that roll-outs exceed", &crate::html::words(head), &rows)
+}
+
+/// A table that opens on demand; `None` without rows.
+fn folded(title: &str, head: &[String], rows: &[Vec<String>]) -> Option<Markup> {
+    let all = title.replacen('L', "All l", 1);
+    (!rows.is_empty()).then(|| html! { details { summary { (all) } (crate::html::table(title, head, rows)) } })
 }
 
 /// How far outside a value is, relative to its limit.

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use supple_model::followed::FollowedNumber;
-use supple_model::limits::{LimitViolation, violations};
 use supple_model::{ContactState, Trajectory};
 
 use crate::problem::{Task, TaskAt};
@@ -80,17 +79,6 @@ pub struct QuantityCurve {
     pub values: Vec<f64>,
     /// Along the run in closed loop; shorter where it diverged.
     pub run_values: Vec<f64>,
-}
-
-/// Where followed numbers of a task leave their limits along a plan.
-pub(super) fn quantity_violations(task: &Task, phi: &[f64], plan: &Trajectory) -> Vec<LimitViolation> {
-    let numbers = task.system.followed(phi);
-    if numbers.iter().all(|number| number.limits.iter().all(|limit| limit.is_infinite())) {
-        return Vec::new();
-    }
-    let along = along_plan(task, phi, plan, &numbers);
-    let of_number = |(number, values): (&FollowedNumber, Vec<f64>)| violations(&number.channel, number.limits, &values);
-    numbers.iter().zip(along).flat_map(of_number).collect()
 }
 
 /// The followed numbers of a task.

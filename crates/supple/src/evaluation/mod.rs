@@ -2,7 +2,7 @@
 
 use supple_kernels::Matrices;
 use supple_lqg::recursion_radius;
-use supple_model::limits::{LimitViolation, limits_violated};
+use supple_model::limits::LimitViolation;
 use supple_model::parameters::Named;
 use supple_model::{ContactReport, PriceReport};
 
@@ -12,6 +12,7 @@ use crate::feasibility::meets;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::growth::stability;
 use crate::horizon::DespiteRounding;
+use crate::limited::LimitedNumber;
 use crate::pipeline::TaskState;
 use crate::plan::VALID_STATIONARITY;
 use crate::problem::{Problem, Task, TaskAt, check_count, check_rollouts};
@@ -30,7 +31,6 @@ mod trust;
 
 use assemble::{add_needed, cost_report, information_report, trajectory_report};
 pub use controller::ControllerReport;
-use curves::quantity_violations;
 pub use curves::{ContactCurve, CostCurve, QuantityCurve};
 pub use reached::LimitReached;
 use reached::limits_reached;
@@ -206,18 +206,9 @@ fn sampled(
     Ok(Some(sampled))
 }
 
-/// Limits of states, controls and quantities that a plan violates. A limit of the robot's file that the task repeats
-/// counts once.
-fn violations(TaskAt { task, phi }: TaskAt, state: &TaskState) -> Vec<LimitViolation> {
-    let trajectory = &state.plan.trajectory;
-    let mut all = limits_violated(&task.system.limits(), &task.system.channels(), trajectory);
-    for found in quantity_violations(task, phi, trajectory) {
-        let same = |known: &LimitViolation| LimitViolation { name: found.name.clone(), ..known.clone() } == found;
-        if !all.iter().any(same) {
-            all.push(found);
-        }
-    }
-    all
+/// Limits of states, controls and quantities that a plan violates.
+fn violations(task: TaskAt, state: &TaskState) -> Vec<LimitViolation> {
+    LimitedNumber::all(task, &state.plan.trajectory).iter().flat_map(LimitedNumber::violations).collect()
 }
 
 /// Why the numbers of a task cannot be trusted.

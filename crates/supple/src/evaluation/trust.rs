@@ -8,7 +8,7 @@ use supple_text::short;
 
 use crate::plan::PlanStatus;
 use crate::settings::MOST_ROLLOUTS;
-use crate::simulate::{Consistency, Estimate, FinerSteps, MonteCarlo, student_quantile};
+use crate::simulate::{Consistency, Estimate, FinerSteps, LimitShare, MonteCarlo, student_quantile};
 
 /// Differences below this share of a prediction do not matter.
 const TOLERATED: f64 = 0.1;
@@ -61,7 +61,8 @@ pub struct Trust {
 pub enum Verdict {
     /// Roll-outs agree with the predictions.
     Holds,
-    /// Some prediction is off by more than chance and more than a tenth, or there are too few roll-outs to tell.
+    /// Some prediction is off by more than chance and more than a tenth, half of the roll-outs are as far beyond a limit
+    /// that the plan keeps, or there are too few roll-outs to tell.
     Doubtful,
     /// Roll-outs diverge, exceed the cost limit that the expected cost keeps, 11 times that cost or 11 times the predicted
     /// information, or have innovations whose squares are above 10 times what is expected; or the plan is indefinite: its
@@ -172,6 +173,21 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
             said(predicted.cost)
         )
     })
+}
+
+/// What roll-outs do beyond a limit that the plan keeps.
+fn limit_left(sampled: &MonteCarlo) -> Option<String> {
+    let finer = sampled.finer.iter().flat_map(|finer| &finer.limits);
+    let found = LimitShare::furthest(sampled.limits.iter().chain(finer))?;
+    let times = sampled.finer.as_ref().filter(|finer| finer.limits.iter().any(|one| std::ptr::eq(one, found)));
+    let place = times.map_or_else(String::new, |finer| format!(" on a plant of {} times finer steps", finer.times));
+    let LimitShare { name, unit, limit, median, worst, .. } = found;
+    let [median, worst, limit] = [*median, *worst, *limit].map(|value| format!("{} {unit}", short(value, 4)));
+    let [median, worst, limit] = [&median, &worst, &limit].map(|text| text.trim_end());
+    Some(format!(
+        "{name} reaches {median} in half of the roll-outs{place}, and {worst} in the worst, although its limit is {limit}: \
+         plans keep limits without noise; try a stricter limit, as a margin, or less noise"
+    ))
 }
 
 /// Whether roll-outs have nothing in common with the predictions: innovations, information or cost.
@@ -358,6 +374,7 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
             said(predicted.bits)
         ));
     }
+    reasons.extend(limit_left(sampled));
     for contact in predicted.contacts.iter().filter(|contact| contact.touches) {
         let of = sampled.touched.iter().find(|touched| touched.name == contact.name);
         if let Some(touched) = of.filter(|touched| touched.share < TOUCHING) {

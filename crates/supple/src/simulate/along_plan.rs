@@ -1,5 +1,5 @@
 use super::sample::sample_of;
-use super::{MonteCarlo, Rollouts, Sample, World, Worlds, sampled};
+use super::{MonteCarlo, Rollouts, Sample, World, sampled};
 use crate::Error;
 use crate::controller::Controller;
 use crate::plan::Plan;
@@ -19,8 +19,7 @@ impl Controller {
         rollouts: Rollouts,
     ) -> Result<MonteCarlo, Error> {
         let world = World { phi, noise: &self.noise };
-        let outcomes = sampled(task, (&self.as_plan(), Some(self)), Worlds::same(world), rollouts)?;
-        Ok(MonteCarlo::of(task, outcomes, predicted, rollouts.seed))
+        sampled(task, (&self.as_plan(), Some(self)), world, predicted, rollouts)
     }
 
     /// The first sample of [`monte_carlo`](Self::monte_carlo), recorded step by step.

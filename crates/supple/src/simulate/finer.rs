@@ -1,9 +1,9 @@
 //! Roll-outs on a plant with finer steps, which show the effect of the task's time step.
 
-use supple_kernels::{Matrices, Scratch};
-use supple_model::system::{Points, Times};
-
-use super::{BATCH, FinerSteps, LoopSetting, MonteCarlo, NoiseFactors, Outcome, Rollouts, Truth, World, in_batches};
+use super::{
+    BATCH, FinerSteps, LoopSetting, MonteCarlo, Motion, NoiseFactors, Outcome, Rollouts, Truth, Watch, World,
+    in_batches,
+};
 use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
@@ -24,21 +24,19 @@ pub(crate) fn on_finer_steps(
     sampled: &MonteCarlo,
 ) -> Result<Option<FinerSteps>, Error> {
     let [own, own_bits] = [&sampled.costs, &sampled.bits].map(|all| &all[..all.len().min(BATCH)]);
-    let (system, World { phi, .. }) = (&*task.system, world);
-    if system.substeps().is_none() || own.iter().any(|cost| !cost.is_finite()) {
+    let World { phi, .. } = world;
+    if task.system.substeps().is_none() || own.iter().any(|cost| !cost.is_finite()) {
         return Ok(None);
     }
-    let plant = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
-        let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
-        system.step_all_in(PARTS, at, phi, next, &mut Scratch::new());
-    };
     let noise = &*world.fixed_noise(task)?;
     let factors = &NoiseFactors::of(noise)?;
-    let truth = Truth { plant: Some(&plant), ..Truth::of(task, phi) };
-    let setting = LoopSetting { task, plan, believed: World { phi, noise }, truth, factors, along: None };
+    let truth = Truth { motion: Motion::InParts(PARTS), ..Truth::of(task, phi) };
+    let watch = &Watch::of(task.at(phi), &plan.trajectory);
+    let believed = World { phi, noise };
+    let setting = LoopSetting { task, plan, believed, truth, factors, along: None, watch: Some(watch) };
     // In small batches, so that every thread has some.
     let batch = own.len().div_ceil(rayon::current_num_threads()).max(1);
     let rollouts = Rollouts { count: own.len(), seed };
     let outcomes: Vec<Outcome> = in_batches(setting, rollouts, batch, |closed| closed.outcomes)?.concat();
-    Ok(Some(FinerSteps::of(task, PARTS, &outcomes, own, own_bits)))
+    Ok(Some(FinerSteps::of(setting, PARTS, &outcomes, own, own_bits)))
 }

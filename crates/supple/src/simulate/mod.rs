@@ -26,6 +26,7 @@ mod sample;
 mod statistics;
 mod student;
 mod truth;
+mod watch;
 
 use ekf::ExtendedKalman;
 pub use ekf::FilterBatch;
@@ -37,8 +38,11 @@ pub use sample::{sample, sample_number};
 pub(crate) use statistics::Outcome;
 pub use statistics::{Consistency, Estimate, FinerSteps, MonteCarlo, TouchShare};
 pub use student::{half_width_95, student_quantile, student_tails};
-pub(crate) use truth::Truth;
+pub(crate) use truth::{Motion, Truth};
 pub use truth::{Plant, World};
+pub use watch::LimitShare;
+use watch::Reach;
+pub(crate) use watch::Watch;
 
 /// One closed-loop run, up to the step where it diverges, if it does.
 ///
@@ -97,6 +101,8 @@ pub(crate) struct LoopSetting<'a> {
     pub factors: &'a NoiseFactors,
     /// The controller whose filter runs in place of the extended one.
     pub along: Option<&'a Controller>,
+    /// The limits that are looked at.
+    pub watch: Option<&'a Watch>,
 }
 
 impl<'a> LoopSetting<'a> {
@@ -110,13 +116,54 @@ impl<'a> LoopSetting<'a> {
 
     /// Where the plant is another than the task's model, a filter of finer steps.
     fn knowing(&self) -> Option<Filter<'a>> {
-        let Truth { system, phi, plant } = self.truth;
-        let substeps = plant.and(system.substeps())?;
+        let Truth { system, phi, motion } = self.truth;
+        let substeps = system.substeps().filter(|_| !matches!(motion, Motion::Own))?;
         // Its error falls linearly with its step length, and the bits that this adds quadratically; with sub-steps, each
         // of which takes time, half of the plant's steps suffice.
         let parts = if substeps == 1 { PARTS } else { PARTS / 2 };
         let (noise, varying) = (self.believed.noise, &self.task.noise.varying[..]);
         Some(Filter::Extended(ExtendedKalman { system, phi, noise, parts, varying }))
+    }
+
+    /// Moves all states of step `t` on, without noise, and looks at limits on the way.
+    fn move_on(
+        &self,
+        (t, states, controls): (usize, &Matrices, &Matrices),
+        next: &mut Matrices,
+        outcomes: &mut [Outcome],
+        scratch: &mut Scratch,
+    ) {
+        let Truth { system, phi, motion } = self.truth;
+        let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
+        let parts = if let Motion::InParts(parts) = motion { parts } else { 1 };
+        let mut look = |states: &Matrices, scratch: &mut Scratch| {
+            if let Some(watch) = self.watch {
+                let reached = outcomes.iter_mut().map(|outcome| &mut outcome.limits[..]);
+                watch.look((system, phi, parts), (t, states, controls, false), reached, scratch);
+            }
+        };
+        look(states, scratch);
+        match motion {
+            Motion::Own => system.step_all(at, phi, next, scratch),
+            Motion::Plant(plant) => plant(t, states, controls, next),
+            Motion::InParts(_) => {
+                system.step_part(parts, at, phi, next, scratch);
+                let mut from = next.clone();
+                for _ in 1..parts {
+                    from.copy_from(next);
+                    look(&from, scratch);
+                    system.step_part(parts, Points { states: &from, ..at }, phi, next, scratch);
+                }
+            }
+        }
+    }
+
+    /// The limits of roll-outs with these outcomes; none if they were not looked at.
+    pub fn limits(&self, outcomes: &[Outcome]) -> Vec<LimitShare> {
+        let Some(watch) = self.watch else { return Vec::new() };
+        let parts = if let Motion::InParts(parts) = self.truth.motion { parts } else { 1 };
+        let reached: Vec<&[Reach]> = outcomes.iter().map(|outcome| &outcome.limits[..]).collect();
+        watch.shares(&reached, self.task.steps * parts + 1)
     }
 }
 
@@ -207,6 +254,11 @@ impl ClosedLoop {
             }
         }
         let Truth { system, phi, .. } = setting.truth;
+        if let Some(watch) = setting.watch {
+            let end = (task.steps, &self.states, &self.controls, true);
+            let reached = self.outcomes.iter_mut().map(|outcome| &mut outcome.limits[..]);
+            watch.look((system, phi, 1), end, reached, &mut self.scratch);
+        }
         system.final_costs(&self.states, phi, &mut self.stage_costs, &mut self.scratch);
         for (outcome, last) in self.outcomes.iter_mut().zip(&self.stage_costs) {
             outcome.cost += last;
@@ -232,7 +284,8 @@ impl ClosedLoop {
             self.random.push(generator);
         }
         let contacts = system.contacts().len();
-        self.outcomes.fill(Outcome { touched: vec![false; contacts], ..Outcome::default() });
+        let limits = setting.watch.map_or_else(Vec::new, Watch::start);
+        self.outcomes.fill(Outcome { touched: vec![false; contacts], limits, ..Outcome::default() });
         for (mean, value) in self.first.iter_mut().zip(&task.initial_state) {
             *mean = value.resolve(believed.phi);
         }
@@ -368,10 +421,10 @@ impl ClosedLoop {
                 bounds.clamp(u);
             }
         }
-        let Self { states, controls, next, stage_costs, scratch, .. } = self;
+        let Self { states, controls, next, stage_costs, outcomes, scratch, .. } = self;
         let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
         truth.system.stage_costs(at, truth.phi, stage_costs, scratch);
-        truth.step_all(at, next, scratch);
+        setting.move_on((t, states, controls), next, outcomes, scratch);
         states.copy_from(next);
         let noise = factors.process.at(t);
         for (sample, random) in self.random.iter_mut().enumerate() {
@@ -469,8 +522,7 @@ pub fn monte_carlo(
     predicted: f64,
     rollouts: Rollouts,
 ) -> Result<MonteCarlo, Error> {
-    let outcomes = sampled(task, (plan, None), Worlds::same(World { phi, noise }), rollouts)?;
-    Ok(MonteCarlo::of(task, outcomes, predicted, rollouts.seed))
+    sampled(task, (plan, None), World { phi, noise }, predicted, rollouts)
 }
 
 /// Costs of roll-outs of a plan whose filter assumes one world while another one is true; infinite where they
@@ -481,22 +533,32 @@ pub fn monte_carlo(
 ///
 /// Example: [`monte_carlo`].
 pub fn sampled_costs(task: &Task, plan: &Plan, worlds: Worlds, rollouts: Rollouts) -> Result<Vec<f64>, Error> {
-    Ok(sampled(task, (plan, None), worlds, rollouts)?.into_iter().map(|outcome| outcome.cost).collect())
-}
-
-fn sampled(
-    task: &Task,
-    (plan, along): (&Plan, Option<&Controller>),
-    Worlds { believed, truth }: Worlds,
-    rollouts: Rollouts,
-) -> Result<Vec<Outcome>, Error> {
+    let Worlds { believed, truth } = worlds;
     let factors = NoiseFactors::of(&*truth.fixed_noise(task)?)?;
     let noise = believed.fixed_noise(task)?;
     let believed = World { phi: believed.phi, noise: &noise };
     let truth = Truth::of(task, truth.phi);
-    let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along };
-    let batches = in_batches(setting, rollouts, BATCH, |closed| closed.outcomes)?;
-    Ok(batches.concat())
+    let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along: None, watch: None };
+    let costs = |closed: ClosedLoop| closed.outcomes.into_iter().map(|outcome| outcome.cost).collect::<Vec<_>>();
+    Ok(in_batches(setting, rollouts, BATCH, costs)?.concat())
+}
+
+/// Roll-outs in the world that the filter assumes: with the extended filter, or with a controller's.
+fn sampled(
+    task: &Task,
+    (plan, along): (&Plan, Option<&Controller>),
+    world: World,
+    predicted: f64,
+    rollouts: Rollouts,
+) -> Result<MonteCarlo, Error> {
+    let noise = world.fixed_noise(task)?;
+    let believed = World { phi: world.phi, noise: &noise };
+    let factors = NoiseFactors::of(&noise)?;
+    let truth = Truth::of(task, world.phi);
+    let watch = Watch::of(task.at(world.phi), &plan.trajectory);
+    let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along, watch: Some(&watch) };
+    let outcomes = in_batches(setting, rollouts, BATCH, |closed| closed.outcomes)?.concat();
+    Ok(MonteCarlo::of(setting, outcomes, predicted, rollouts.seed))
 }
 
 /// Runs all roll-outs in batches on all threads; stores only what `keep` returns for each batch.

@@ -45,7 +45,7 @@ pub(super) fn sample_of(
     let factors = NoiseFactors::of(&noise)?;
     let believed = World { phi, noise: &noise };
     let truth = Truth::of(task, phi);
-    let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along };
+    let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along, watch: None };
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
     let mut record = Record::new(size, task.steps);

@@ -3,7 +3,9 @@ use std::f64::consts::LN_2;
 use serde::{Deserialize, Serialize};
 use supple_model::or_nan;
 
+use super::LoopSetting;
 use super::student::half_width_95;
+use super::watch::{LimitShare, Reach};
 use crate::problem::Task;
 
 /// 95 % of a normal variable are within so many standard deviations of its mean.
@@ -22,6 +24,8 @@ pub(crate) struct Outcome {
     pub nats: f64,
     /// Which contacts touched at any of the steps that were checked.
     pub touched: Vec<bool>,
+    /// How far it went beyond each limit that was looked at.
+    pub limits: Vec<Reach>,
 }
 
 /// A task in closed loop, sampled.
@@ -59,6 +63,10 @@ pub struct MonteCarlo {
     /// Share of the roll-outs in which each contact touched, at 25 or so of their steps.
     #[serde(default)]
     pub touched: Vec<TouchShare>,
+    /// The limits of the robot and the task; empty where a roll-out diverged, and in results of versions that did not
+    /// look.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<LimitShare>,
     /// Their results on a plant with finer steps; none for models whose integration steps cannot be refined, and
     /// if they were not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -118,6 +126,10 @@ pub struct FinerSteps {
     /// The difference from the bits of the roll-outs of the same numbers on the task's own steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bits_difference: Option<Estimate>,
+    /// The limits, at each of the finer steps; empty where a roll-out diverged, and in results of versions that did not
+    /// look.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<LimitShare>,
 }
 
 /// Normalised squared innovations `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the
@@ -208,7 +220,8 @@ impl Estimate {
 
 impl FinerSteps {
     /// Compares outcomes on a plant with `times` times finer steps with costs and bits on the task's own steps.
-    pub(crate) fn of(task: &Task, times: usize, outcomes: &[Outcome], own: &[f64], own_bits: &[f64]) -> Self {
+    pub(crate) fn of(setting: LoopSetting, times: usize, outcomes: &[Outcome], own: &[f64], own_bits: &[f64]) -> Self {
+        let task = setting.task;
         let count = own.len() as f64;
         let mean = |costs: &mut dyn Iterator<Item = f64>| costs.sum::<f64>() / count;
         let differences = || outcomes.iter().zip(own).map(|(finer, own)| finer.cost - own);
@@ -228,12 +241,22 @@ impl FinerSteps {
             consistency: Consistency::of(task, outcomes).filter(|_| diverged == 0),
             realised_bits: has_bits.then(|| Estimate::of(bits().map(|(finer, _)| finer))),
             bits_difference: has_bits.then(|| Estimate::of(bits().map(|(finer, own)| finer - own))),
+            limits: if diverged == 0 { setting.limits(outcomes) } else { Vec::new() },
         }
     }
 }
 
 impl MonteCarlo {
-    pub(crate) fn of(task: &Task, outcomes: Vec<Outcome>, predicted: f64, seed: u64) -> Self {
+    /// The limits that some roll-outs exceed, on the task's own steps or on finer ones: there, and on finer steps if these
+    /// were computed.
+    pub fn limits_exceeded(&self) -> impl Iterator<Item = (&LimitShare, Option<&LimitShare>)> {
+        let finer = self.finer.as_ref().map_or(&[][..], |finer| &finer.limits);
+        let both = self.limits.iter().enumerate().map(|(index, own)| (own, finer.get(index)));
+        both.filter(|(own, finer)| own.share > 0.0 || finer.is_some_and(|finer| finer.share > 0.0))
+    }
+
+    pub(crate) fn of(setting: LoopSetting, outcomes: Vec<Outcome>, predicted: f64, seed: u64) -> Self {
+        let task = setting.task;
         let rollouts = outcomes.len();
         let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
         let cost = Estimate::of(outcomes.iter().map(|outcome| outcome.cost));
@@ -255,6 +278,7 @@ impl MonteCarlo {
             consistency: Consistency::of(task, &outcomes).filter(|_| whole),
             realised_bits: has_bits.then(|| Estimate::of(bits())),
             touched: touched.collect(),
+            limits: if whole { setting.limits(&outcomes) } else { Vec::new() },
             finer: None,
             bits: if has_bits { bits().collect() } else { Vec::new() },
             costs: outcomes.into_iter().map(|outcome| outcome.cost).collect(),

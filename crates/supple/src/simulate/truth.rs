@@ -1,7 +1,7 @@
 use std::borrow::Cow;
-use supple_kernels::{Matrices, Scratch};
+use supple_kernels::Matrices;
 use supple_lqg::Noise;
-use supple_model::system::{Points, System};
+use supple_model::system::System;
 
 use crate::Error;
 use crate::problem::Task;
@@ -16,26 +16,29 @@ pub type Plant<'a> = &'a (dyn Fn(usize, &Matrices, &Matrices, &mut Matrices) + S
 /// The true system in a roll-out, whatever its filter assumes.
 #[derive(Clone, Copy)]
 pub(crate) struct Truth<'a> {
-    /// Measurements, costs and contacts; the motion too, unless there is a plant.
+    /// Measurements, costs, contacts and limits.
     pub system: &'a dyn System,
     /// All parameters of the system.
     pub phi: &'a [f64],
-    /// Dynamics of the plant, if not those of the system.
-    pub plant: Option<Plant<'a>>,
+    /// The dynamics.
+    pub motion: Motion<'a>,
+}
+
+/// The dynamics of the true system.
+#[derive(Clone, Copy)]
+pub(crate) enum Motion<'a> {
+    /// Those of the system.
+    Own,
+    /// Those of the system, with each step in so many parts.
+    InParts(usize),
+    /// Those of a plant.
+    Plant(Plant<'a>),
 }
 
 impl<'a> Truth<'a> {
     /// The task's own system.
     pub fn of(task: &'a Task, phi: &'a [f64]) -> Self {
-        Self { system: &*task.system, phi, plant: None }
-    }
-
-    /// Moves all states of a step on, without noise.
-    pub fn step_all(&self, at: Points, next: &mut Matrices, scratch: &mut Scratch) {
-        match self.plant {
-            None => self.system.step_all(at, self.phi, next, scratch),
-            Some(plant) => plant(at.times.of(0), at.states, at.controls, next),
-        }
+        Self { system: &*task.system, phi, motion: Motion::Own }
     }
 }
 

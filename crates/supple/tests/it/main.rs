@@ -23,6 +23,7 @@ mod floors;
 mod golden;
 mod gradients;
 mod limits;
+mod limits_in_rollouts;
 mod long_filter;
 mod oracles;
 mod paper;

@@ -4,6 +4,8 @@ use supple_kernels::graph::{Program, Target, record};
 
 use super::{Recorder, vector};
 use crate::Model;
+use crate::followed::Followed;
+use crate::quantity::Quantity;
 use crate::system::trace::source;
 
 impl<M: Model> Recorder<'_, M> {
@@ -30,6 +32,16 @@ impl<M: Model> Recorder<'_, M> {
     /// The state that each measurement equals, if every measurement is simply a state.
     pub fn picks(&self) -> Option<Vec<usize>> {
         record(|| self.trace(true).measurement().into_iter().map(|y| y.entry_of(source::STATE)).collect())
+    }
+
+    /// The numbers of quantities that are `limited`, of a stage.
+    pub fn follow_limited(&self, followed: &[Followed], limited: &[bool]) -> Program {
+        let quantities: Vec<&Quantity> = followed.iter().map(|followed| &followed.quantity).collect();
+        record(|| {
+            let numbers = self.trace(false).values(&quantities).concat();
+            let kept = numbers.into_iter().zip(limited).filter(|(_, limited)| **limited);
+            Program::compile(&vector(&kept.map(|(number, _)| number).collect::<Vec<_>>()))
+        })
     }
 
     /// `l` or `l_N`; for stages whose cost is [given](Self::gives_next) the next state, that is an input too.
