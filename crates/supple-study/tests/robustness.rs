@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use supple::Stop;
 use supple::parameters::Scale;
+use supple::{EvaluateOptions, Stop};
 use supple_study::robustness::{DesignChoice, PlannedFor, RobustCell, Robustness, RobustnessOptions, run};
 use supple_study::sweep::Axis;
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
@@ -60,6 +60,29 @@ fn expected_costs_are_means_of_sampled_ones_at_small_noise() {
         assert!(error > 0.0 && difference.abs() < 4.0 * error, "{difference} of {error}: {cell:?}");
         assert!(cell.quantiles.is_sorted() && cell.quantiles[0] < cell.mean && cell.mean < cell.quantiles[4]);
         assert!((cell.half_width_95 - 1.9612 * error).abs() < 1e-3 * error);
+    }
+}
+
+/// Local minima do not depend on the noise, so they are searched for once; which is the cheapest is found at every level, as
+/// by a search there.
+#[test]
+fn levels_of_noise_are_planned_on_their_cheapest_branch() {
+    let task = load(&shipped());
+    let (levels, designs) = ([1e-6, 1e-4, 1e-2], [500.0, 60.0, 50.0]);
+    let list = "start,low=k1:60,k2:150,soft=k1:50,k2:100";
+    let found = study(&task, list, "wall_variance=1e-6,1e-4,1e-2", 2).unwrap();
+    let (attempts, seed) = (task.problem.design.branch_attempts, task.problem.design.seed);
+    assert!(attempts > 0);
+    for (design, k1) in designs.into_iter().enumerate() {
+        assert_eq!(found.designs[design].parameters.get("k1"), Some(k1));
+        for (level, variance) in levels.into_iter().enumerate() {
+            let mut phi: Vec<f64> = found.designs[design].parameters.0.iter().map(|(_, value)| *value).collect();
+            task.problem.parameters.set(&mut phi, "wall_variance", variance).unwrap();
+            let options = EvaluateOptions { branches: attempts, seed, ..EvaluateOptions::default() };
+            let searched = task.problem.evaluate(&phi, &options).unwrap().tasks[0].cost.expected;
+            let expected = cell(&found, design, PlannedFor::Truth, level).expected.unwrap();
+            assert!((expected / searched - 1.0).abs() < 1e-9, "{design}, {variance}: {expected}, {searched}");
+        }
     }
 }
 

@@ -187,7 +187,7 @@ pub struct Attempts {
 /// Where no guess leads to a finite plan.
 ///
 /// ```
-/// use supple::design::{Attempts, best_plan, plan_at};
+/// use supple::design::{Attempts, best_plan, cheapest_of, minima_at, plan_at};
 /// use supple::pipeline::TaskState;
 /// # let task = r#"
 /// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
@@ -210,8 +210,15 @@ pub struct Attempts {
 /// assert!(state.plan.status.is_converged());
 ///
 /// // The same with four attempts to find another local minimum.
-/// let minima = plan_at(&problem, task, &phi, None, Attempts { count: 4, seed: 1 }, &mut state)?;
-/// assert!(minima.is_some());
+/// let attempts = Attempts { count: 4, seed: 1 };
+/// let minima = plan_at(&problem, task, &phi, None, attempts, &mut state)?;
+/// assert_eq!(minima, Some(1));
+///
+/// // The minima themselves, and the cheapest of them.
+/// let minima = minima_at(&problem, task, &phi, None, attempts, &mut state)?;
+/// let cost = state.cost.expected();
+/// cheapest_of(&problem, task, &phi, &minima, &mut state)?;
+/// assert!((state.cost.expected() - cost).abs() < 1e-9 * cost);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn plan_at(
@@ -219,9 +226,28 @@ pub fn plan_at(
     task: &Task,
     phi: &[f64],
     controls: Option<&Matrices>,
-    Attempts { count: attempts, seed }: Attempts,
+    attempts: Attempts,
     state: &mut TaskState,
 ) -> Result<Option<usize>, Error> {
+    let minima = minima_at(problem, task, phi, controls, attempts, state)?;
+    Ok((attempts.count > 0).then_some(minima.len()))
+}
+
+/// Plans as [`plan_at`] does; the controls of all local minima that it found, or, without attempts to find others, of the
+/// plan alone.
+///
+/// # Errors
+/// Where no guess leads to a finite plan.
+///
+/// Example: [`plan_at`].
+pub fn minima_at(
+    problem: &Problem,
+    task: &Task,
+    phi: &[f64],
+    controls: Option<&Matrices>,
+    Attempts { count: attempts, seed }: Attempts,
+    state: &mut TaskState,
+) -> Result<Vec<Matrices>, Error> {
     match controls {
         Some(controls) => {
             state.limit_time(problem.planning.time_limit);
@@ -231,14 +257,40 @@ pub fn plan_at(
         None => best_of_guesses(problem, task, phi, state)?,
     }
     if attempts == 0 {
-        return Ok(None);
+        return Ok(vec![state.plan.trajectory.controls.clone()]);
     }
     let given = (&state.plan.trajectory.controls, cost_of_branch(state));
     let search = BranchSearch { seed, attempts, effort: usize::MAX, stop: &|| false };
     let found = search_branches(problem, task, phi, given, search);
     Error::check_stop()?;
     state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
-    Ok(Some(found.count))
+    Ok(found.minima)
+}
+
+/// Plans a task at a design on the cheapest of several local minima, given by their controls: as of
+/// [`minima_at`] where only noise differed, of which nominal plans know nothing, but the expected cost does.
+///
+/// # Errors
+/// Where none of them leads to a finite plan.
+///
+/// Example: [`plan_at`].
+pub fn cheapest_of(
+    problem: &Problem,
+    task: &Task,
+    phi: &[f64],
+    minima: &[Matrices],
+    state: &mut TaskState,
+) -> Result<(), Error> {
+    state.limit_time(problem.planning.time_limit);
+    let mut cost = |controls: &Matrices| {
+        let planned = state.evaluate(task, phi, &problem.planning, Some(controls));
+        planned.map_or(f64::INFINITY, |()| cost_of_branch(state))
+    };
+    let costs: Vec<f64> = minima.iter().map(&mut cost).collect();
+    Error::check_stop()?;
+    let best = (0..costs.len()).min_by(|one, other| costs[*one].total_cmp(&costs[*other]));
+    let best = best.ok_or(Error::not_finite("the first guess", 0))?;
+    state.evaluate(task, phi, &problem.planning, Some(&minima[best]))
 }
 
 /// The expected cost of a plan by which branches are compared: infinite if the plan did not converge, or violates a limit
@@ -263,8 +315,8 @@ pub(crate) struct BranchSearch<'a> {
 
 /// What a branch search found for one task.
 pub(crate) struct Branches {
-    /// Number of different local minima found, including the given one if it is one.
-    pub count: usize,
+    /// Controls of the different local minima found, including the given one if it is one.
+    pub minima: Vec<Matrices>,
     /// Controls of the one with the least expected cost.
     pub controls: Matrices,
     /// Its expected cost.
@@ -296,8 +348,9 @@ pub(crate) fn search_branches(
         let found = attempt_branch((problem, task), &scaling, phi, given.0, (&mut random, approach), state);
         (state.effort, found.ok().flatten())
     };
-    let mut branches = Branches { count: 0, controls: given.0.clone(), cost: given.1 };
+    let mut branches = Branches { minima: Vec::new(), controls: given.0.clone(), cost: given.1 };
     let mut seen: Vec<f64> = Some(given.1).filter(|cost| cost.is_finite()).into_iter().collect();
+    branches.minima.extend(seen.first().map(|_| given.0.clone()));
     let (mut spent, mut next) = (0, 0);
     while next < attempts && !is_stopped() {
         let batch = next..(next + BATCH).min(attempts);
@@ -310,6 +363,7 @@ pub(crate) fn search_branches(
             let Some((cost, controls)) = found else { continue };
             if seen.iter().all(|other| (cost - other).abs() > SAME_BRANCH * (1.0 + other.abs())) {
                 seen.push(cost);
+                branches.minima.push(controls.clone());
             }
             if is_cheaper(cost, branches.cost) {
                 branches.controls = controls;
@@ -320,7 +374,6 @@ pub(crate) fn search_branches(
             break;
         }
     }
-    branches.count = seen.len();
     branches
 }
 

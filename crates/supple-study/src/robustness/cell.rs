@@ -2,12 +2,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use supple::design::{Attempts, plan_at};
+use supple::Matrices;
 use supple::lqg::Noise;
-use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
-use supple::{Matrices, Problem, Task};
 
+use super::plan::plan_anew;
 use super::statistics::{half_width, mean_and_deviation, quantile};
 use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
 use crate::journal::Parts;
@@ -38,19 +37,6 @@ fn growth(nominal: &Noise, truth: &Noise) -> f64 {
     ];
     let ratios = pairs.map(|(from, to)| if largest(from) > 0.0 { largest(to) / largest(from) } else { 1.0 });
     ratios.into_iter().fold(1.0, f64::max)
-}
-
-/// A task planned for the truth, from its plan at the nominal parameters.
-fn planned(problem: &Problem, task: &Task, nominal: &TaskState, phi: &[f64]) -> Result<TaskState, supple::Error> {
-    let mut state = TaskState::new(task);
-    let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
-    let controls = &nominal.plan.trajectory.controls;
-    let warm = plan_at(problem, task, phi, Some(controls), attempts, &mut state);
-    // If the model changed too much for the nominal plan to be a good warm start, use the task's guesses.
-    if warm.is_err() || !state.plan.status.is_converged() {
-        plan_at(problem, task, phi, None, attempts, &mut state)?;
-    }
-    Ok(state)
 }
 
 /// What cells say that were not computed when the study was stopped.
@@ -161,7 +147,7 @@ impl Place {
                 Ok((costs, None))
             }
             PlannedFor::Truth => {
-                let state = planned(problem, task, nominal, &phi)?;
+                let state = plan_anew(problem, (design, self.task), (&phi, varied))?;
                 let world = World { phi: &phi, noise: &state.noise };
                 let mut costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;
                 diverged(&mut costs, state.cost.expected());

@@ -1,8 +1,9 @@
 use rayon::prelude::*;
 use supple::Stop;
-use supple::design::{Attempts, Control, Design, DesignStatus, StartSummary, plan_at};
+use supple::design::{Attempts, Control, Design, DesignStatus, StartSummary, cheapest_of, minima_at, plan_at};
 use supple::pipeline::TaskState;
-use supple::{Matrices, Named, Problem};
+use supple::settings::PlanMode;
+use supple::{Matrices, Named, Problem, Task, Value};
 
 use super::{DesignChoice, RobustDesign};
 use crate::design::{best_of, check_designable, run_start, warnings_of};
@@ -18,6 +19,8 @@ pub(super) struct Planned {
     pub status: Option<DesignStatus>,
     /// Each task.
     pub states: Vec<TaskState>,
+    /// Controls of the local minima that were found, of each task.
+    pub minima: Vec<Vec<Matrices>>,
 }
 
 impl Planned {
@@ -122,9 +125,46 @@ pub(super) fn plan_one(
     let states = tasks.map(|(index, task)| {
         let mut state = TaskState::new(task);
         let controls = controls.as_ref().map(|controls| &controls[index]);
-        plan_at(problem, task, &phi, controls, attempts, &mut state).map(|_| state)
+        minima_at(problem, task, &phi, controls, attempts, &mut state).map(|minima| (state, minima))
     });
-    let states = states.collect::<Result<Vec<_>, _>>();
-    let states = states.map_err(|error| StudyError::Usage(format!("the design `{}`: {error}", choice.name())))?;
-    Ok(Planned { name: choice.name().to_owned(), phi, status, states })
+    let found = states.collect::<Result<Vec<_>, _>>();
+    let found = found.map_err(|error| StudyError::Usage(format!("the design `{}`: {error}", choice.name())))?;
+    let (states, minima) = found.into_iter().unzip();
+    Ok(Planned { name: choice.name().to_owned(), phi, status, states, minima })
+}
+
+/// Whether a parameter leaves the local minima of a task where they are: of nominal plans, all but the expected cost.
+fn leaves_minima(problem: &Problem, task: &Task, (phi, parameter): (&[f64], usize)) -> bool {
+    let has = |value: &Value| value.slopes(phi).iter().any(|(index, _)| *index == parameter);
+    let given = task.initial_state.iter().chain(task.initial_control.iter().flatten());
+    problem.planning.plan == PlanMode::Nominal
+        && !task.system.depends_on(phi.len())[parameter]
+        && !given.chain([&task.time_step]).any(has)
+}
+
+/// A task of a design planned anew at `phi`, which differs from the design's in one parameter.
+///
+/// # Errors
+/// Where no guess leads to a finite plan.
+pub(super) fn plan_anew(
+    problem: &Problem,
+    (design, index): (&Planned, usize),
+    (phi, varied): (&[f64], usize),
+) -> Result<TaskState, supple::Error> {
+    let (task, minima) = (&problem.tasks[index], &design.minima[index]);
+    let mut state = TaskState::new(task);
+    // The cheapest branch depends on the noise, but the branches do not.
+    if leaves_minima(problem, task, (phi, varied)) && cheapest_of(problem, task, phi, minima, &mut state).is_ok() {
+        if state.plan.status.is_converged() {
+            return Ok(state);
+        }
+    }
+    let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
+    let controls = &design.states[index].plan.trajectory.controls;
+    let warm = plan_at(problem, task, phi, Some(controls), attempts, &mut state);
+    // If the model changed too much for the nominal plan to be a good warm start, use the task's guesses.
+    if warm.is_err() || !state.plan.status.is_converged() {
+        plan_at(problem, task, phi, None, attempts, &mut state)?;
+    }
+    Ok(state)
 }

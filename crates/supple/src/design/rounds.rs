@@ -114,7 +114,7 @@ impl Rounds<'_, '_> {
             };
             let found = search_branches(problem, task, &at.phi, given, search);
             better |= found.cost < visit.cost;
-            count += found.count;
+            count += found.minima.len();
             found.controls
         });
         let controls = controls.collect();
