@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from . import _description as describe
 from ._arrays import Sizes, array, covariance, symmetric
+from ._labels import by_label
 from ._records import Array
 from .errors import UsageError
 from .task import Task
@@ -20,6 +21,18 @@ __all__ = ["linear"]
 
 #: Names of the entries of a vector, with their units if any.
 Names = Sequence[str] | Mapping[str, str]
+
+#: What the axes of the arrays are, without time: states, controls or measurements.
+_AXES = {"A": "nn", "B": "nm", "C": "pn", "W": "nn", "V": "pp", "X0": "nn", "Q": "nn", "R": "mm"} | {
+    "QN": "nn",
+    "S": "nm",
+    "c": "n",
+    "d": "p",
+    "q": "n",
+    "r": "m",
+    "qN": "n",
+    "x0": "n",
+}
 
 
 def linear(
@@ -60,7 +73,8 @@ def linear(
 
     There are no factors 1/2 in the cost, as in task files. Each array may be one matrix for all steps, or one per step
     with time as its first axis: N matrices, or N + 1 for ``C``, ``d`` and ``V``, as the last state is measured too. The task
-    has no parameters: it can be evaluated and simulated, but not designed.
+    has no parameters: it can be evaluated and simulated, but not designed. Arrays with labels, of pandas, are put in the order of
+    the names of states, controls and measurements, which are the labels where they are not given.
 
     Args:
         A: Dynamics, (n, n) or (N, n, n).
@@ -96,6 +110,11 @@ def linear(
             array, what was found and what is valid.
     """
     describe.check_printable("name of the task", name)
+    values: tuple[Any, ...] = (A, B, C, W, V, X0, Q, R, QN, S, c, d, q, r, qN, x0)
+    given = {name: (value, axes) for (name, axes), value in zip(_AXES.items(), values)}
+    arrays, names = by_label(given, {"states": states, "controls": controls, "measurements": measurements})
+    A, B, C, W, V, X0, Q, R, QN, S, c, d, q, r, qN, x0 = arrays.values()
+    states, controls, measurements = names.values()
     sizes = Sizes.of(A, B, C, N)
     n, m, p = sizes.states, sizes.controls, sizes.measurements
     system: dict[str, Any] = {

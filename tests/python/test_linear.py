@@ -279,6 +279,36 @@ def test_misuse_says_what_is_wrong_and_what_is_valid(changes: dict[str, Any], me
         made(**changes)
 
 
+def test_labelled_arrays_go_where_their_labels_belong() -> None:
+    import pandas as pd
+
+    states = {"position": "m", "speed": "m/s"}
+    arrays = ARRAYS | {"states": states, "controls": ["force"], "measurements": ["encoder"], "N": N, "time_step": 0.1}
+    plain = supple.linear(**arrays).evaluate(rollouts=0).tasks["linear"]
+    turned = ["speed", "position"]
+    frame = pd.DataFrame(ARRAYS["A"], index=list(states), columns=list(states)).loc[turned, turned]
+    B = pd.DataFrame(ARRAYS["B"], index=list(states), columns=["force"]).loc[turned]
+    C = pd.DataFrame(ARRAYS["C"], index=["encoder"], columns=list(states))[turned]
+    x0 = pd.Series(ARRAYS["x0"], index=list(states))[turned]
+    W = pd.DataFrame(ARRAYS["W"], index=list(states), columns=list(states)).loc[turned]
+    labelled = arrays | {"A": frame, "B": B, "C": C, "W": W, "x0": x0}
+    found = supple.linear(**labelled).evaluate(rollouts=0).tasks["linear"]
+    assert found.cost.expected == plain.cost.expected
+    assert found.information.total_bits == plain.information.total_bits
+    # Without names, those of the first array.
+    own = {key: value for key, value in labelled.items() if key not in ("states", "controls", "measurements")}
+    own |= {"W": np.array(ARRAYS["W"])[::-1, ::-1], "Q": np.array(ARRAYS["Q"])[::-1, ::-1], "X0": np.array([0.2, 0.1])}
+    own |= {"QN": np.array(ARRAYS["QN"])[::-1, ::-1]}
+    task = supple.linear(**own)
+    assert task.linearise().states.shape == (N + 1, 2)
+    assert [channel["name"] for channel in task._native.channels("linear")["states"]] == turned
+    assert task.evaluate(rollouts=0).tasks["linear"].cost.expected == pytest.approx(plain.cost.expected, rel=1e-12)
+    with pytest.raises(
+        supple.UsageError, match="W: its columns are labelled `a`, `b`, but the states are `position`, `speed`"
+    ):
+        supple.linear(**arrays | {"W": pd.DataFrame(ARRAYS["W"], index=list(states), columns=["a", "b"])})
+
+
 def test_rounding_does_not_make_a_covariance_wrong() -> None:
     W = np.array(ARRAYS["W"])
     nearly = W + np.array([[0.0, 1e-17], [0.0, 0.0]])

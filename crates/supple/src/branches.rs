@@ -157,7 +157,7 @@ impl Candidates {
     /// The plan to keep; it records the cost of a cheaper plan that did not converge.
     fn choose(self) -> Result<Plan, Error> {
         let (Some(mut kept), other) = (self.converged, &self.other) else {
-            let error = self.error.unwrap_or(Error::not_finite("the first guess", 0));
+            let error = self.error.unwrap_or(Error::NotFinite { what: "the first guess" });
             return self.other.ok_or(error);
         };
         let much_less = |cost: &f64| *cost < kept.objective - CHEAPER * (1.0 + kept.objective.abs());
@@ -289,7 +289,7 @@ pub fn cheapest_of(
     let costs: Vec<f64> = minima.iter().map(&mut cost).collect();
     Error::check_stop()?;
     let best = (0..costs.len()).min_by(|one, other| costs[*one].total_cmp(&costs[*other]));
-    let best = best.ok_or(Error::not_finite("the first guess", 0))?;
+    let best = best.ok_or(Error::NotFinite { what: "the first guess" })?;
     state.evaluate(task, phi, &problem.planning, Some(&minima[best]))
 }
 

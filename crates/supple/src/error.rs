@@ -59,6 +59,12 @@ pub enum Error {
         /// What could not be computed.
         error: Box<Error>,
     },
+    /// A number of a whole task that is not finite.
+    #[error("{what} is not finite")]
+    NotFinite {
+        /// Which number.
+        what: &'static str,
+    },
     /// An unknown name.
     #[error("no {what} `{name}`; valid: {valid}")]
     Unknown {

@@ -65,8 +65,11 @@ pub fn stability(task: &Task, phi: &[f64], trajectory: &Trajectory, knots: &Knot
 /// The error with the task's name and, if a plan cannot be computed because the time step is too large, with advice.
 /// The trajectory is the attempted one, up to where it is no longer finite.
 pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Trajectory) -> Error {
-    if !matches!(error, Error::Lqg(supple_lqg::Error::NotFinite { .. } | supple_lqg::Error::NotPositiveDefinite { .. }))
-    {
+    if !matches!(
+        error,
+        Error::NotFinite { .. }
+            | Error::Lqg(supple_lqg::Error::NotFinite { .. } | supple_lqg::Error::NotPositiveDefinite { .. })
+    ) {
         return error;
     }
     // Failures at very large states reveal nothing about where the instability began.

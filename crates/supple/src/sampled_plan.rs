@@ -65,7 +65,7 @@ pub(crate) fn plan_sampled(
         closed.run(setting, sampled.seed, plan.iterations as u64, Some(&mut record))?;
         let change = average(&mut plan.trajectory, &record.run, sampled.averaging);
         if !change.is_finite() {
-            return Err(Error::not_finite("the reference trajectory", 0));
+            return Err(Error::NotFinite { what: "the reference trajectory" });
         }
         if change <= sampled.tolerance {
             status = PlanStatus::Converged;

@@ -80,7 +80,7 @@ fn a_risk_sensitivity_without_effect_was_ignored() {
 fn a_numeric_error_did_not_say_of_which_task() {
     let text = edited(TWO_MASS, "initial_state = [0.0, 0.0", "initial_state = [1e300, 0.0");
     let run = Folder::with_task(text).run(&["evaluate", "task.toml"]);
-    assert!(run.error().contains("task `press`: the cost of the first guess is not finite at step 0"), "{run:?}");
+    assert!(run.error().contains("task `press`: the cost of the first guess is not finite"), "{run:?}");
 }
 
 #[test]

@@ -192,7 +192,7 @@ fn evaluate_task(
     }
     let (nats, cost) = (state.information.total, state.cost.expected());
     if !(nats.is_finite() && cost.is_finite()) {
-        return Err(supple::lqg::Error::NotFinite { what: "information or expected cost", step: 0 }.into());
+        return Err(Error::NotFinite { what: "information or expected cost" });
     }
     let rate = nats / std::f64::consts::LN_2 / (task.steps + 1) as f64 / task.time_step.resolve::<f64>(phi);
     let numbers = [nats, rate, cost, state.plan.nominal_cost, state.plan.iterations as f64];

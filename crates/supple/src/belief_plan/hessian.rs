@@ -139,7 +139,7 @@ impl Hessian {
     ) -> Result<Vec<f64>, Error> {
         let largest = v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         if largest == 0.0 || !largest.is_finite() {
-            return Err(Error::not_finite("a direction of the controls", 0));
+            return Err(Error::NotFinite { what: "a direction of the controls" });
         }
         let step = DIFFERENCE * self.scale / largest;
         let mut sides = [Vec::new(), Vec::new()];

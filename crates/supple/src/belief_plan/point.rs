@@ -56,7 +56,7 @@ impl Point {
         let at = plan.trajectory.points();
         plan.objective = f64::INFINITY;
         if !plan.nominal_cost.is_finite() {
-            return Err(Error::not_finite("the cost of a trajectory", 0));
+            return Err(Error::NotFinite { what: "the cost of a trajectory" });
         }
         plan.knots.linearise_plan(&*task.system, at, phi, Curvature::Exact, scratch);
         plan.knots.linearise_measurement(&*task.system, at, phi, scratch);
@@ -69,7 +69,7 @@ impl Point {
         }
         let cost = cost_parts(plan.nominal_cost, &plan.policy, belief, noise).expected();
         if !cost.is_finite() {
-            return Err(Error::not_finite("the expected cost of a trajectory", 0));
+            return Err(Error::NotFinite { what: "the expected cost of a trajectory" });
         }
         plan.objective = cost;
         Ok(())

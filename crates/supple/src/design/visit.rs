@@ -172,7 +172,7 @@ impl<'a> Visitor<'a> {
         let distance = |visit: &Visit| visit.scaled.iter().zip(scaled).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         // Among equally near visits take the latest, whose plan is on the current branch.
         let Some(nearest) = self.visits.iter().rev().min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
-            return Err(Error::not_finite("the first design", 0));
+            return Err(Error::NotFinite { what: "the first design" });
         };
         let phi = self.scaling.unscaled(&nearest.phi, scaled);
         let nearest = nearest.clone();

@@ -67,7 +67,7 @@ pub(super) fn start_fed_back(
         }
     });
     plan.policy.feedback.as_mut_slice().fill(0.0);
-    let found = best.ok_or(Error::not_finite("the cost of the first guess", 0))?;
+    let found = best.ok_or(Error::NotFinite { what: "the cost of the first guess" })?;
     (plan.nominal_cost, plan.trajectory) = found;
     Ok(())
 }

@@ -29,7 +29,7 @@ pub(crate) fn roll_out(problem: NominalProblem, plan: &mut Plan, scratch: &mut S
     // Values that an earlier plan left there would change the last digits of this one.
     plan.policy.feedback.as_mut_slice().fill(0.0);
     let finite = plan.nominal_cost.is_finite();
-    if finite { Ok(()) } else { Err(Error::not_finite("the cost of the first guess", 0)) }
+    if finite { Ok(()) } else { Err(Error::NotFinite { what: "the cost of the first guess" }) }
 }
 
 /// Linearises dynamics and cost at the plan's trajectory, and finds its costates and stationarity.

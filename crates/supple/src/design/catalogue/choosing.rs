@@ -198,7 +198,7 @@ impl<'a> Choosing<'a> {
         let first_error = self.known.into_values().find_map(Result::err);
         match (designed.is_empty(), first_error) {
             (true, Some(error)) => Err(error),
-            (true, None) => Err(Error::not_finite("every combination of entries", 0)),
+            (true, None) => Err(Error::NotFinite { what: "every combination of entries" }),
             (false, first_error) => Ok(CatalogueDesign {
                 method,
                 combinations,

@@ -113,7 +113,7 @@ fn plan_that_cannot_be_computed_says_which_time_step_would_do() {
     assert_eq!((stability.step, stability.suggested_time_step), (0, Some(0.0094)));
     assert_eq!(
         error.to_string(),
-        "task `task`: the cost of the first guess is not finite at step 0: time_step = 0.03 s is too large for the \
+        "task `task`: the cost of the first guess is not finite: time_step = 0.03 s is too large for the \
          stiff parts of the model: the spectral radius of A is 33.971 at step 0; use at most 0.0094 s, or substeps = 4"
     );
 }
@@ -124,5 +124,5 @@ fn other_failures_keep_their_message() {
     let mut description = spring(OMEGA, 0.1, 1e-3);
     description.start = "\"q.turn\" = 1e200\n".into();
     let error = description.problem().evaluate(&[], &EvaluateOptions::default()).unwrap_err();
-    assert_eq!(error.to_string(), "task `task`: the cost of the first guess is not finite at step 0");
+    assert_eq!(error.to_string(), "task `task`: the cost of the first guess is not finite");
 }
