@@ -47,3 +47,14 @@ fn plot_refuses_what_it_cannot_draw_and_writes_nothing() {
     assert!(other.contains("`.pdf` is not the extension of a figure for --format png"), "{other}");
     assert_eq!(folder.names(), ["out", "task.toml"]);
 }
+
+#[test]
+fn figures_of_several_tasks_say_so() {
+    let folder = evaluated();
+    std::fs::write(folder.path("other.toml"), format!("{TWO_MASS}\n# edited\n")).unwrap();
+    assert_eq!(folder.run(&["evaluate", "other.toml", "--out", "other"]).code, Some(0));
+    let run = folder.run(&["plot", "out", "other", "--figure", "gains"]);
+    let said = "warning: other was made of another task file than out: the figure draws them as if of one\n";
+    assert_eq!((run.code, &*run.stderr), (Some(0), said));
+    assert_eq!(folder.run(&["plot", "out", "out", "--figure", "gains"]).quiet().0, Some(0));
+}

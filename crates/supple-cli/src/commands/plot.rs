@@ -7,7 +7,7 @@ use supple_study::{Folder, check_writable, write_text};
 use crate::Outcome;
 use crate::arguments::{FigureArgument, Format, PlotOptions, Width};
 use crate::failure::Failure;
-use crate::output::{print_text, warn_changed};
+use crate::output::{print_text, warn, warn_changed};
 
 /// Checks that this program can draw figures.
 ///
@@ -30,6 +30,10 @@ pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
     check_writable(&folder, &name)?;
     let folders = Folder::load_all(&options.folders)?;
     folders.iter().for_each(|folder| warn_changed(&folder.path));
+    if let Some(other) = of_another_task(&folders) {
+        let [first, other] = [&folders[0], other].map(|folder| folder.path.display());
+        warn(&format!("{other} was made of another task file than {first}: the figure draws them as if of one"));
+    }
     let figure = draw(kind, &folders, options.task.as_deref()).map_err(failure)?;
     let width = match options.width {
         Width::Column => supple_figures::Width::Column,
@@ -38,6 +42,13 @@ pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
     write_text(&out, &render(&figure, format, width).map_err(failure)?)?;
     print_text(&format!("wrote {}\n", out.display()))?;
     Ok(Outcome::Success)
+}
+
+/// The first folder whose task, or robot, is written differently from that of the first one.
+fn of_another_task(folders: &[Folder]) -> Option<&Folder> {
+    let texts = |folder: &Folder| folder.made.sources.iter().map(|source| source.text.clone()).collect::<Vec<_>>();
+    let first = texts(folders.first()?);
+    folders.iter().find(|folder| texts(folder) != first)
 }
 
 fn failure(error: FigureError) -> Failure {
