@@ -142,6 +142,9 @@ class TotalGradient(Record):
         belief_cost: Of its belief part.
         process_cost: Of its process noise part.
         initial_cost: Of its initial part.
+        used_nats: Of the information that the controller uses.
+        needed_nats: Of the information that any sensors and any controller need; ``None`` where that was not computed, or is not
+            the minimum at the cost limit.
     """
 
     valid: bool
@@ -151,6 +154,8 @@ class TotalGradient(Record):
     belief_cost: dict[str, float]
     process_cost: dict[str, float]
     initial_cost: dict[str, float]
+    used_nats: dict[str, float] | None = None
+    needed_nats: dict[str, float] | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use supple::design::{CatalogueMethod, DesignStatus, InformationWeights};
+use supple::TaskEvaluation;
+use supple::design::{CatalogueMethod, DesignStatus};
 use supple::parameters::Role;
-use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
@@ -68,17 +68,13 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
 /// The parameters from start to optimum, with the sensitivities of information and costs to each.
 fn parameters(about: &About, report: &DesignReport) -> Rows {
     let (start, optimum) = (&report.start, &report.optimum);
-    // The slopes are those of the measured information, whatever is minimised.
-    let change = match report.settings.information {
-        InformationWeights::MEASURED => "change in information per +1 %",
-        _ => "change in measured information per +1 %",
-    };
+    let change = "change in information per +1 %";
     let mut rows = table(&["parameter", "from", "to", "unit", change, "change in cost per +1 %"]);
     for (index, parameter) in about.parameters.iter().enumerate() {
         let (from, to) = (start.parameters.0[index].1, optimum.parameters.0[index].1);
         let to_shown = if parameter.role == Role::Design { number(to) } else { String::new() };
         let mut row = vec![parameter.name.clone(), number(from), to_shown, parameter.unit.clone()];
-        row.extend(sensitivities(about, optimum, index, to));
+        row.extend(sensitivities(about, report, index, to));
         rows.add_row(row);
     }
     align_right(&mut rows, 1..3);
@@ -124,14 +120,17 @@ fn results(about: &About, report: &DesignReport) -> Rows {
     results
 }
 
-fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [String; 2] {
-    let gradients = at.tasks.iter().filter_map(|task| task.gradient.as_ref()?.total.as_ref());
-    let (mut bits, mut costs) = (0.0, Vec::new());
+/// By how much the minimised information and each cost change per +1 % of a parameter.
+fn sensitivities(about: &About, report: &DesignReport, index: usize, value: f64) -> [String; 2] {
+    let gradients = report.optimum.tasks.iter().filter_map(|task| task.gradient.as_ref()?.total.as_ref());
+    let (mut bits, mut costs) = (Some(0.0), Vec::new());
     for (task, gradient) in about.tasks.iter().zip(gradients) {
-        bits += task.information_weight * gradient.information_nats.0[index].1 / std::f64::consts::LN_2;
+        let slope = gradient.minimised_nats(report.settings.information).map(|minimised| minimised.0[index].1);
+        bits = bits.zip(slope).map(|(bits, slope)| bits + task.information_weight * slope / std::f64::consts::LN_2);
         costs.push(signed(gradient.expected_cost.0[index].1 * value * 0.01));
     }
-    [format!("{} bits", signed(bits * value * 0.01)), costs.join(", ")]
+    let bits = bits.map_or_else(|| "unknown".to_owned(), |bits| format!("{} bits", signed(bits * value * 0.01)));
+    [bits, costs.join(", ")]
 }
 
 fn verdict(about: &About, report: &DesignReport) -> String {

@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 use serde_json::{Value, json};
 use supple::{Named, TotalReport};
+use supple_text::capitalised;
 
 use super::Context;
 use super::series::titled;
@@ -59,17 +60,32 @@ impl Sensitive<'_> {
         of.0.iter().map(|(name, slope)| scale * slope * 0.01 * parameters.get(name).unwrap_or(f64::NAN)).collect()
     }
 
-    fn information(&self) -> Vec<f64> {
-        self.percent(&self.gradient.information_nats, bits(1.0))
-    }
-
-    fn cost(&self) -> Vec<f64> {
-        self.percent(&self.gradient.expected_cost, 1.0)
+    fn change(&self, quantity: &Quantity) -> Vec<f64> {
+        let scale = if quantity.unit == BITS { bits(1.0) } else { 1.0 };
+        (quantity.slopes)(self.gradient).map_or_else(Vec::new, |slopes| self.percent(slopes, scale))
     }
 }
 
-/// A name, a unit, and the changes of a design.
-type Quantity = (&'static str, &'static str, fn(&Sensitive) -> Vec<f64>);
+/// What changes with a parameter.
+struct Quantity {
+    name: &'static str,
+    unit: &'static str,
+    slopes: fn(&TotalReport) -> Option<&Named>,
+}
+
+const BITS: &str = "bits";
+
+/// What changes with a parameter, as far as it is known of any design: each kind of information, and the cost.
+fn quantities(designs: &[Sensitive]) -> Vec<Quantity> {
+    let all = [
+        Quantity { name: "needed information", unit: BITS, slopes: |total| total.needed_nats.as_ref() },
+        Quantity { name: "used information", unit: BITS, slopes: |total| total.used_nats.as_ref() },
+        Quantity { name: "measured information", unit: BITS, slopes: |total| Some(&total.information_nats) },
+        Quantity { name: "expected cost", unit: "cost", slopes: |total| Some(&total.expected_cost) },
+    ];
+    let is_known = |quantity: &Quantity| designs.iter().any(|design| (quantity.slopes)(design.gradient).is_some());
+    all.into_iter().filter(is_known).collect()
+}
 
 fn bars(part: &Part, task: usize, designs: &[Sensitive], plots: &mut Plots) -> Markup {
     let names: Vec<&str> = part.about.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
@@ -81,13 +97,12 @@ fn bars(part: &Part, task: usize, designs: &[Sensitive], plots: &mut Plots) -> M
             "marker": { "color": colour(index), "pattern": { "shape": shape, "fgopacity": 0.6 } },
         }));
     }
-    let kinds: [Quantity; 2] =
-        [("Information", "bits", |at| at.information()), ("Expected cost", "cost", |at| at.cost())];
-    let views = kinds.map(|(name, unit, values)| {
-        let mut view = View { name: name.into(), traces: (0..designs.len()).collect(), ..Default::default() };
+    let of_quantity = |quantity: Quantity| {
+        let (name, unit) = (capitalised(quantity.name), quantity.unit);
+        let mut view = View { name: name.clone(), traces: (0..designs.len()).collect(), ..Default::default() };
         let mut most = Vec::new();
         for design in designs {
-            let values = values(design);
+            let values = design.change(&quantity);
             let size = |index: &usize| values[*index].abs();
             let finite = (0..values.len()).filter(|&index| values[index].is_finite());
             if let Some(index) = finite.max_by(|a, b| size(a).total_cmp(&size(b))) {
@@ -98,25 +113,31 @@ fn bars(part: &Part, task: usize, designs: &[Sensitive], plots: &mut Plots) -> M
         view.layout.insert("yaxis.title.text".into(), format!("{unit} per +1 %").into());
         view.alternative = format!("{name} per +1 % of each parameter, in {unit}; most: {}.", list(&most));
         view
-    });
+    };
+    let views: Vec<View> = quantities(designs).into_iter().map(of_quantity).collect();
     plots.add(Plot {
         title: titled(part, "Change per +1 % of a parameter", task),
-        alternative: views[0].alternative.clone(),
+        alternative: views.first().map_or_else(String::new, |view| view.alternative.clone()),
         caption: "Bars by parameter and design.".into(),
         height: 360,
         traces,
         layout: json!({ "barmode": "group", "xaxis": { "type": "category" }, "yaxis": { "title": { "text": "" } } }),
-        choice: Some(Choice { label: "Of".into(), views: views.into() }),
+        choice: Some(Choice { label: "Of".into(), views }),
     })
 }
 
 fn numbers(part: &Part, task: usize, designs: &[Sensitive]) -> Markup {
+    let quantities = quantities(designs);
     let mut head = words(["parameter"]);
+    let mut columns = Vec::new();
     for design in designs {
-        head.push(labelled(&design.shown.name, "bits"));
-        head.push(format!("{}, cost", design.shown.name));
+        for quantity in &quantities {
+            let Quantity { name, unit, .. } = quantity;
+            let what = if *unit == BITS { labelled(name, unit) } else { (*name).to_owned() };
+            head.push(format!("{}: {what}", design.shown.name));
+            columns.push(design.change(quantity));
+        }
     }
-    let columns: Vec<Vec<f64>> = designs.iter().flat_map(|design| [design.information(), design.cost()]).collect();
     let row = |(index, parameter): (usize, &supple::parameters::Parameter)| {
         let values = columns.iter().map(|column| column.get(index).map_or_else(|| number(f64::NAN), |&v| signed(v)));
         std::iter::once(parameter.name.clone()).chain(values).collect()

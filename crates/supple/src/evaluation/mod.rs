@@ -7,6 +7,7 @@ use supple_model::parameters::Named;
 use supple_model::{ContactReport, PriceReport};
 
 use crate::Error;
+use crate::aims::weighted_information;
 use crate::branches::{Attempts, plan_at};
 use crate::feasibility::meets;
 use crate::gradient::{FrozenGradient, Functional};
@@ -134,8 +135,6 @@ fn evaluate_task(
     let branches = plan_at(problem, task, phi, controls, attempts, state)?;
     // An interrupted plan is not a result.
     Error::check_stop()?;
-    let gradient = gradients(problem, task, phi, options, state)?;
-    Error::check_stop()?;
     let monte_carlo = sampled(task.at(phi), options, state)?;
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let known = &*state;
@@ -152,6 +151,8 @@ fn evaluate_task(
         }
         law_remark = remark;
     }
+    Error::check_stop()?;
+    let gradient = gradients(problem, task.at(phi), (options, &information), state)?;
     Error::check_stop()?;
     let (cost, bound) = (state.cost.expected(), task.bound.map(|bound| bound.resolve(phi)));
     let feasibility = options.feasibility.unwrap_or(problem.design.feasibility);
@@ -229,11 +230,33 @@ fn warnings(
     .concat()
 }
 
+/// Information of one kind, and its gradient; `None` where it has none.
+fn gradient_of(
+    TaskAt { task, phi }: TaskAt,
+    weights: InformationWeights,
+    state: &mut TaskState,
+) -> Option<(f64, Vec<f64>)> {
+    let mut gradient = Vec::new();
+    let nats = weighted_information(task, phi, weights, state, &mut gradient).ok()?;
+    Some((nats, gradient))
+}
+
+/// The gradient of the needed information, where that was computed. Designs whose cost limit leaves next to nothing for
+/// estimation errors minimise another minimum than that at the limit.
+fn needed_gradient(task: TaskAt, information: &InformationReport, state: &mut TaskState) -> Option<Vec<f64>> {
+    let needed = information.needed.as_ref().filter(|needed| !needed.limit_out_of_reach)?.total_nats;
+    let (nats, gradient) = gradient_of(task, InformationWeights::NEEDED, state)?;
+    ((nats - needed).abs() <= SAME_MINIMUM * (1.0 + needed)).then_some(gradient)
+}
+
+/// Relative difference between two computations of the same minimum.
+const SAME_MINIMUM: f64 = 1e-6;
+
+/// The gradients that are asked for, of a task with this information.
 fn gradients(
     problem: &Problem,
-    task: &Task,
-    phi: &[f64],
-    options: &EvaluateOptions,
+    TaskAt { task, phi }: TaskAt,
+    (options, information): (&EvaluateOptions, &InformationReport),
     state: &mut TaskState,
 ) -> Result<Option<GradientReport>, Error> {
     if !options.total_gradient && !options.frozen_gradient {
@@ -249,16 +272,18 @@ fn gradients(
             state.total_gradient(task, phi, functional, out)?;
         }
         state.nominal_gradient(task, phi, &mut parts[4])?;
-        let [information, belief, process, initial, nominal] = parts;
+        let [measured, belief, process, initial, nominal] = parts;
         let expected: Vec<f64> = (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
         report.total = Some(TotalReport {
             valid: state.plan.relative_stationarity <= VALID_STATIONARITY,
-            information_nats: named(&information),
+            information_nats: named(&measured),
             expected_cost: named(&expected),
             nominal_cost: named(&nominal),
             belief_cost: named(&belief),
             process_cost: named(&process),
             initial_cost: named(&initial),
+            used_nats: gradient_of(task.at(phi), InformationWeights::USED, state).map(|(_, used)| named(&used)),
+            needed_nats: needed_gradient(task.at(phi), information, state).map(|needed| named(&needed)),
         });
     }
     if options.frozen_gradient {

@@ -21,6 +21,7 @@ use crate::{CostParts, FEASIBILITY, meets};
 /// One design, evaluated.
 ///
 /// ```
+/// use supple::settings::InformationWeights;
 /// use supple::{EvaluateOptions, Verdict};
 /// # let task = r#"
 /// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
@@ -53,6 +54,8 @@ use crate::{CostParts, FEASIBILITY, meets};
 /// // Noise of the sensor lowers its information.
 /// let gradient = task.gradient.as_ref().ok_or("it was requested")?;
 /// let (total, frozen) = (gradient.total.as_ref(), gradient.frozen.as_ref());
+/// let minimised = total.and_then(|total| total.minimised_nats(InformationWeights::MEASURED));
+/// assert_eq!(minimised.as_ref(), total.map(|total| &total.information_nats));
 /// let slopes = [total.map(|total| &total.information_nats), frozen.map(|frozen| &frozen.information_nats)];
 /// assert!(slopes.into_iter().flatten().all(|slopes| slopes.get("variance").is_some_and(|slope| slope < 0.0)));
 ///
@@ -344,6 +347,31 @@ pub struct TotalReport {
     pub process_cost: Named,
     /// Of its initial part.
     pub initial_cost: Named,
+    /// Of the information that the controller uses, nats; none in results of versions that did not find it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub used_nats: Option<Named>,
+    /// Of the information that any sensors and any controller need, nats; none where that was not computed, or is not the
+    /// minimum at the cost limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub needed_nats: Option<Named>,
+}
+
+impl TotalReport {
+    /// Of what designs minimise, nats; `None` where a part of it is not known.
+    #[must_use]
+    pub fn minimised_nats(&self, weights: InformationWeights) -> Option<Named> {
+        let parts = [
+            (weights.needed, self.needed_nats.as_ref()),
+            (weights.used, self.used_nats.as_ref()),
+            (weights.measured, Some(&self.information_nats)),
+        ];
+        let mut sum = self.information_nats.clone();
+        sum.0.iter_mut().for_each(|(_, slope)| *slope = 0.0);
+        for (weight, part) in parts.into_iter().filter(|(weight, _)| *weight != 0.0) {
+            sum.0.iter_mut().zip(&part?.0).for_each(|((_, sum), (_, slope))| *sum += weight * slope);
+        }
+        Some(sum)
+    }
 }
 
 /// Gradients with the trajectory frozen.
