@@ -84,7 +84,7 @@ pub fn best_plan(
     match candidates.choose() {
         Ok(kept) => {
             state.plan = kept;
-            state.assess(task, phi).map_err(|error| explain(task, phi, error, &state.plan.trajectory))
+            state.assess_with(task, phi, settings).map_err(|error| explain(task, phi, error, &state.plan.trajectory))
         }
         Err(error) => Err(explain(task, phi, error, &state.plan.trajectory)),
     }

@@ -120,5 +120,5 @@ pub(crate) fn continue_plan(
         }
         controls.copy_from(&state.plan.trajectory.controls);
     }
-    state.assess(task, to).map_err(|error| Failed { phi: to.to_vec(), error })
+    state.assess_with(task, to, exact).map_err(|error| Failed { phi: to.to_vec(), error })
 }

@@ -44,6 +44,7 @@ use std::time::{Duration, Instant};
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::bound::Nearby;
 use supple_lqg::{Belief, CostParts, Information, Noise, cost_parts, information, kalman};
+use supple_model::system::Curvature;
 
 use crate::Error;
 use crate::belief_plan::{Memory, belief_plan_gradient, plan_belief};
@@ -57,6 +58,7 @@ use crate::plan::{
 };
 use crate::problem::{Task, TaskAt};
 use crate::sampled_plan::plan_sampled;
+use crate::settings::CostCurvature;
 
 /// All results for one task at one design, and the workspace to compute them.
 ///
@@ -118,7 +120,7 @@ impl TaskState {
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
         self.plan_only(task, phi, settings, controls)?;
-        self.assess(task, phi)
+        self.assess_with(task, phi, settings)
     }
 
     /// Sets the deadline of planning, this many seconds from now; `None` for no limit.
@@ -247,6 +249,32 @@ impl TaskState {
             self.plan.status = PlanStatus::Indefinite;
         }
         Ok(())
+    }
+
+    /// Assesses the plan of a search with these settings. Where noise would lower the cost, as the exact second derivatives of
+    /// the cost may be indefinite at limits, and the choice of curvature is automatic, with the law of Gauss-Newton's if that
+    /// is valid.
+    ///
+    /// # Errors
+    /// Where a covariance is indefinite.
+    pub(crate) fn assess_with(&mut self, task: &Task, phi: &[f64], settings: &PlanSettings) -> Result<(), Error> {
+        self.assess(task, phi)?;
+        let is_exact = self.plan.curvature == Curvature::Exact && self.plan.mode == PlanMode::Nominal;
+        let may_change = settings.curvature == CostCurvature::Auto && task.system.has_smooth_gauss_newton();
+        if self.lowered().is_none() || !is_exact || !may_change {
+            return Ok(());
+        }
+        let exact = self.plan.clone();
+        let settings = PlanSettings { curvature: CostCurvature::GaussNewton, ..settings.clone() };
+        let asked = Asked::of(&settings, Patience::Close);
+        let planned = self.plan_with(task.at(phi), asked, &exact.trajectory.controls);
+        let is_valid = planned.and_then(|()| self.assess(task, phi)).is_ok() && self.plan.status.is_converged();
+        if is_valid {
+            self.plan.iterations += exact.iterations;
+            return Ok(());
+        }
+        self.plan = exact;
+        self.assess(task, phi)
     }
 
     /// The amount by which noise lowers the cost of a plan that is held at limits, or at bounds of its controls: see

@@ -24,6 +24,8 @@ ASTRAY = 1.5
 DEARER, MUCH_DEARER = 0.1, 10.0
 #: Share by which a cost may exceed its limit and still count as kept, as in `[design] feasibility`.
 AT_LIMIT = 1e-3
+#: Share of a limit by which a plan may exceed it without a word.
+AT_RANGE = 1e-3
 #: Times of the predicted information that is worth a word.
 MORE_BITS = 2.0
 #: Share of supple's own roll-outs that end well of which MuJoCo's may fall short without a word.
@@ -222,6 +224,9 @@ def conclude(
         doubts.append(
             f"only {plant.ends_well:.0%} of the roll-outs on MuJoCo end where the plan does (furthest: `{furthest}`)"
         )
+    ranges = _ranges(plant)
+    if not doubts and ranges:
+        return Conclusion(f"the design is in doubt on MuJoCo: {ranges}{_beyond(left)}", False)
     if not doubts:
         words = "the design holds on MuJoCo as predicted"
         if limit is not None and exceeds:
@@ -237,7 +242,30 @@ def conclude(
         excess = float("inf") if plant.consistency is None else plant.consistency.mean - 1.0
         why = moves.cause(excess)
     verdict = "the design is broken on MuJoCo" if broken else "the design is in doubt on MuJoCo"
-    return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}{_beyond(left)}", broken)
+    return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}{ranges and '; ' + ranges}{_beyond(left)}", broken)
+
+
+def _ranges(plant: SampledLoop) -> str:
+    """What leaves its limits in the plan and on MuJoCo, which does not know them either; empty if nothing does."""
+    left = [limit for limit in plant.limits if limit.share > 0.5 and _excess(limit, limit.planned) > AT_RANGE]
+    if not left:
+        return ""
+    worst = max(left, key=lambda limit: _excess(limit, np.array([limit.median])))
+    unit = f" {worst.unit}" if worst.unit else ""
+    others = {0: "", 1: ", and one limit more is exceeded"}.get(
+        len(left) - 1, f", and {len(left) - 1} limits more are exceeded"
+    )
+    return (
+        f"the plan exceeds limits, which stop nothing on this MuJoCo robot but may stop the real one: {worst.name} reaches "
+        f"{worst.median:.4g}{unit} in half of the roll-outs, with a limit of {worst.limit:.4g}{unit}{others}; let the plan keep "
+        "them (`enforce_effort_limits`, limits with `enforce = true`), or give it more time"
+    )
+
+
+def _excess(limit: LimitShare, values: Array) -> float:
+    """How far values are beyond a limit, relative to it or to the plan's values."""
+    excess = values.max() - limit.limit if limit.upper else limit.limit - values.min()
+    return float(excess) / max(abs(limit.limit), float(np.abs(limit.planned).max()), 1e-300)
 
 
 def _beyond(left: LimitShare | None) -> str:

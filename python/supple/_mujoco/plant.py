@@ -83,6 +83,12 @@ class Plant:
         self._columns = [robot.controls.index(single.actuator(i).name) for i in range(single.nu)]
         self._dofs = {name: self._file_joints[robot.row[name]] for name in robot.joints}
         self._dofs |= dict(zip(robot.motors, self._motors, strict=True))
+        # Drives are called after their joints, or after the actuators of the file.
+        names = {single.joint(int(single.actuator_trnid[i, 0])).name: single.actuator(i).name for i in range(single.nu)}
+        moves = {name.partition(".")[2]: joint.removeprefix("motor ") for joint, name in names.items()}
+        self._moved = {name: name for name in self._dofs} | {
+            name: joint for name, joint in moves.items() if joint in self._dofs
+        }
         self._recalled = [self._recalling(name) for name in robot.states if name.startswith("last.")]
         self._walls = [int(single.body_mocapid[single.body(f"wall {name}").id]) for name in self._own_walls()]
 
@@ -151,8 +157,8 @@ class Plant:
             if kind == "a" and f"v.{rest}" in robot.states:
                 place = robot.states.index(f"v.{rest}")
                 return lambda x, u, after, efforts: (after[:, place] - x[:, place]) / self.mj.opt.timestep
-            if kind in ("effort", "power") and rest in self._dofs:
-                dof, place = self._dofs[rest], robot.states.index(f"v.{rest}")
+            if kind in ("effort", "power") and rest in self._moved:
+                dof, place = self._dofs[self._moved[rest]], robot.states.index(f"v.{self._moved[rest]}")
                 if kind == "effort":
                     return lambda x, u, after, efforts: efforts[:, dof]
                 return lambda x, u, after, efforts: efforts[:, dof] * x[:, place]

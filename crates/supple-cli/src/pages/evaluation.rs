@@ -155,7 +155,9 @@ pub(super) fn left_lines(task: &TaskEvaluation) -> String {
     let line = |(limit, finer): (&LimitShare, Option<&LimitShare>)| {
         let LimitShare { name, unit, limit: bound, upper, share, share_of_time, .. } = limit;
         let side = if *upper { "above" } else { "below" };
-        let of_finer = finer.map_or_else(String::new, |found| format!("; on finer steps {}", reach(found)));
+        let of_finer = finer.map_or_else(String::new, |found| {
+            format!("; on finer steps in {}, {}", percent(found.share), reach(found))
+        });
         let (bound, reached) = (with_unit(*bound, unit), reach(limit));
         let (share, time) = (percent(*share), percent(*share_of_time));
         format!("    {name}: {side} {bound} in {share} of them, {time} of the time; {reached}{of_finer}\n")

@@ -220,9 +220,11 @@ fn warnings(
     sampled: Option<&MonteCarlo>,
     law_remark: Option<String>,
 ) -> Vec<String> {
+    // A plan that is indefinite as noise would lower its cost has a law, and says so itself.
+    let of_plan = if state.lowered().is_some() { Vec::new() } else { plan_warnings(task, phi, &state.plan) };
     [
         task.doubts.clone(),
-        plan_warnings(task, phi, &state.plan),
+        of_plan,
         contact_warnings(task, phi, contacts),
         number_warnings(task, state, sampled),
         law_remark.into_iter().collect(),

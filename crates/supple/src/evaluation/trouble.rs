@@ -62,7 +62,8 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
     let lowered = state.lowered().map(|part| {
         format!(
             "task `{}`: noise would lower the cost, by {}: the cost is not convex along the plan, so expected cost \
-             and information are not valid. Relax the active limits of the plan, or reduce the costs that act against them",
+             and information are not valid. Use `curvature = \"gauss_newton\"` in [planning], relax the active limits of the plan, \
+             or reduce the costs that act against them",
             task.name,
             short(part, 3)
         )

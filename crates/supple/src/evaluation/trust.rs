@@ -175,18 +175,30 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
     })
 }
 
-/// What roll-outs do beyond a limit that the plan keeps.
+/// What roll-outs do beyond a limit that the plan keeps, and what to try.
 fn limit_left(sampled: &MonteCarlo) -> Option<String> {
-    let finer = sampled.finer.iter().flat_map(|finer| &finer.limits);
-    let found = LimitShare::furthest(sampled.limits.iter().chain(finer))?;
-    let times = sampled.finer.as_ref().filter(|finer| finer.limits.iter().any(|one| std::ptr::eq(one, found)));
-    let place = times.map_or_else(String::new, |finer| format!(" on a plant of {} times finer steps", finer.times));
-    let LimitShare { name, unit, limit, median, worst, .. } = found;
+    let own = LimitShare::furthest(sampled.limits.iter());
+    let finer =
+        sampled.finer.as_ref().and_then(|finer| Some((finer.times, LimitShare::furthest(finer.limits.iter())?)));
+    let beyond = |found: &LimitShare| found.beyond(found.median);
+    let within_steps = finer.filter(|(_, finer)| own.is_none_or(|own| beyond(finer) > beyond(own) + TOLERATED));
+    let (LimitShare { name, unit, limit, median, worst, .. }, place, advice) = match (own, within_steps) {
+        (_, Some((times, finer))) => (
+            finer,
+            format!(" on a plant of {times} times finer steps"),
+            "plans keep limits at the ends of their steps, and without noise; try a smaller `time_step`, a control that \
+             changes less from step to step, or a stricter limit, as a margin",
+        ),
+        (Some(own), None) => {
+            (own, String::new(), "plans keep limits without noise; try a stricter limit, as a margin, or less noise")
+        }
+        (None, None) => return None,
+    };
     let [median, worst, limit] = [*median, *worst, *limit].map(|value| format!("{} {unit}", short(value, 4)));
     let [median, worst, limit] = [&median, &worst, &limit].map(|text| text.trim_end());
     Some(format!(
         "{name} reaches {median} in half of the roll-outs{place}, and {worst} in the worst, although its limit is {limit}: \
-         plans keep limits without noise; try a stricter limit, as a margin, or less noise"
+         {advice}"
     ))
 }
 
@@ -265,7 +277,12 @@ fn chance(rollouts: usize) -> f64 {
 
 /// By how many bits roll-outs may differ from the prediction, either by chance or because it does not matter.
 fn least_bits(expected: f64, found: &Estimate, rollouts: usize) -> f64 {
-    (TOLERATED * expected).max(chance(rollouts) * found.standard_error).max(TOLERATED_BITS)
+    tolerated_bits(expected).max(chance(rollouts) * found.standard_error)
+}
+
+/// By how many bits roll-outs may differ from the prediction without a word.
+fn tolerated_bits(expected: f64) -> f64 {
+    (TOLERATED * expected).max(TOLERATED_BITS)
 }
 
 /// Whether squared innovations deviate from their expected value by more than chance and more than the tolerance.
@@ -365,14 +382,20 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
             consistency.mean
         ));
     }
-    if let Some(bits) = sampled.realised_bits
-        && (bits.mean - predicted.bits).abs() > least_bits(predicted.bits, &bits, sampled.rollouts)
-    {
-        reasons.push(format!(
-            "roll-outs gave {} bits, but {} are predicted: the sensors behave differently away from the plan",
-            said(bits.mean),
-            said(predicted.bits)
-        ));
+    if let Some(bits) = sampled.realised_bits {
+        let (found, expected) = (said(bits.mean), said(predicted.bits));
+        let difference = (bits.mean - predicted.bits).abs();
+        if difference > least_bits(predicted.bits, &bits, sampled.rollouts) {
+            reasons.push(format!(
+                "roll-outs gave {found} bits, but {expected} are predicted: the sensors behave differently away from the plan"
+            ));
+        } else if difference > tolerated_bits(predicted.bits) {
+            let by_chance = said(chance(sampled.rollouts) * bits.standard_error);
+            reasons.push(format!(
+                "roll-outs gave {found} bits, but {expected} are predicted, and their mean may be off by {by_chance} (three \
+                 standard errors): too few to tell; use more `rollouts`"
+            ));
+        }
     }
     reasons.extend(limit_left(sampled));
     for contact in predicted.contacts.iter().filter(|contact| contact.touches) {

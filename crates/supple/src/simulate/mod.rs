@@ -136,10 +136,12 @@ impl<'a> LoopSetting<'a> {
         let Truth { system, phi, motion } = self.truth;
         let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
         let parts = if let Motion::InParts(parts) = motion { parts } else { 1 };
+        // What depends on the next state is that of the plant's own, shorter steps.
+        let steps = if parts == 1 { 1 } else { parts * system.substeps().unwrap_or(1) };
         let mut look = |states: &Matrices, scratch: &mut Scratch| {
             if let Some(watch) = self.watch {
                 let reached = outcomes.iter_mut().map(|outcome| &mut outcome.limits[..]);
-                watch.look((system, phi, parts), (t, states, controls, false), reached, scratch);
+                watch.look((system, phi, steps), (t, states, controls, false), reached, scratch);
             }
         };
         look(states, scratch);
