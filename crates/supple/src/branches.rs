@@ -263,6 +263,8 @@ pub fn minima_at(
     let search = BranchSearch { seed, attempts, effort: usize::MAX, stop: &|| false };
     let found = search_branches(problem, task, phi, given, search);
     Error::check_stop()?;
+    // The time of a plan is not that of the search for others.
+    state.limit_time(problem.planning.time_limit);
     state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
     Ok(found.minima)
 }
@@ -281,8 +283,8 @@ pub fn cheapest_of(
     minima: &[Matrices],
     state: &mut TaskState,
 ) -> Result<(), Error> {
-    state.limit_time(problem.planning.time_limit);
     let mut cost = |controls: &Matrices| {
+        state.limit_time(problem.planning.time_limit);
         let planned = state.evaluate(task, phi, &problem.planning, Some(controls));
         planned.map_or(f64::INFINITY, |()| cost_of_branch(state))
     };
@@ -290,6 +292,7 @@ pub fn cheapest_of(
     Error::check_stop()?;
     let best = (0..costs.len()).min_by(|one, other| costs[*one].total_cmp(&costs[*other]));
     let best = best.ok_or(Error::NotFinite { what: "the first guess" })?;
+    state.limit_time(problem.planning.time_limit);
     state.evaluate(task, phi, &problem.planning, Some(&minima[best]))
 }
 

@@ -8,7 +8,7 @@ use supple_study::controller::{At, ControllerFormat, ExportedController, check_o
 use crate::Outcome;
 use crate::arguments::{AtArgument, ControllerFormatArgument, ExportOptions};
 use crate::failure::Failure;
-use crate::output::{print_text, warn};
+use crate::output::{print_text, warn, warn_changed};
 use crate::tables::number;
 use crate::trust;
 
@@ -27,6 +27,7 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
         check_out(format, out)?;
     }
     let folder = Folder::load(&options.folder)?;
+    warn_changed(&folder.path);
     let exported = ExportedController::of(&folder, None, options.task.as_deref(), at)?;
     let standard = || PathBuf::from(format!("{}.{}", exported.name(), format.extension()));
     let out = options.out.clone().unwrap_or_else(standard);
@@ -58,6 +59,9 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
+/// Share of the expected cost by which the cost in closed loop may surely be above it without a word.
+const DEARER: f64 = 0.1;
+
 /// Runs the controller in closed loop with the model and prints its cost.
 fn roll_out(exported: &ExportedController, rollouts: Rollouts) -> Result<Outcome, Failure> {
     let found = exported.monte_carlo(rollouts)?;
@@ -73,5 +77,9 @@ fn roll_out(exported: &ExportedController, rollouts: Rollouts) -> Result<Outcome
         number(found.cost_mean),
         found.rollouts
     ))?;
+    let least = found.cost_interval_95.map_or(f64::NEG_INFINITY, |[low, _]| low);
+    if least > exported.expected_cost + DEARER * exported.expected_cost.abs() {
+        warn("the controller costs more in closed loop than its plan is expected to, by more than a tenth");
+    }
     Ok(Outcome::Success)
 }

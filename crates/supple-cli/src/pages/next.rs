@@ -49,16 +49,23 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
     let at_bounds: Vec<String> = at_bounds(about, optimum).into_iter().map(|(name, _)| name).collect();
     let advice = match report.status {
         DesignStatus::Stopped => "repeat the command to finish the search".to_owned(),
-        DesignStatus::BoundViolated => plan(optimum).unwrap_or_else(|| {
+        DesignStatus::BoundViolated => optimum.tasks.iter().find_map(of_search).unwrap_or_else(|| {
             let raise = raise(optimum);
+            let budget = exhausted(optimum).map_or_else(String::new, |budget| {
+                format!(", or raise the `budget`, of which {} are used up", number(budget))
+            });
             match at_bounds.is_empty() {
-                true => format!("{raise}, or declare more parameters"),
-                false => format!("{raise}, or widen the bounds of {}", listed(&at_bounds)),
+                true => format!("{raise}{budget}, or declare more parameters"),
+                false => format!("{raise}{budget}, or widen the bounds of {}", listed(&at_bounds)),
             }
         }),
         _ => plan(optimum).unwrap_or_else(|| {
             let (same, worse) = report.agreement();
             let (blind, doubtful) = (met_blindly(report), doubtful(optimum));
+            let is_optimum = !matches!(report.status, DesignStatus::NotConverged | DesignStatus::NotOptimal);
+            if let Some(left) = left_in_rollouts(optimum).filter(|_| is_optimum && doubtful.is_none()) {
+                return left;
+            }
             match (report.status, at_bounds.is_empty()) {
                 (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => unfinished(report),
                 (_, false) if blind.is_some() => format!(
@@ -95,6 +102,23 @@ fn raise(at: &Evaluation) -> String {
     let budget = price.map(|price| format!("the `budget` to {}", number(price.total)));
     let limits: Vec<String> = bounds.chain(budget).collect();
     format!("raise {}", if limits.is_empty() { "the limits".to_owned() } else { listed(&limits) })
+}
+
+/// The budget, where the price takes all of it.
+fn exhausted(at: &Evaluation) -> Option<f64> {
+    let price = at.price.as_ref()?;
+    price.budget.filter(|budget| price.total >= budget * (1.0 - EXHAUSTED))
+}
+
+/// Share of a budget that may be left of one that is used up.
+const EXHAUSTED: f64 = 1e-6;
+
+/// What to do about what roll-outs exceed although the plan keeps it.
+fn left_in_rollouts(at: &Evaluation) -> Option<String> {
+    at.tasks.iter().find_map(|task| {
+        let left = task.exceeded_in_rollouts().into_iter().next()?;
+        Some(format!("a stricter limit, as a margin: in roll-outs of {}, {left}", task.name))
+    })
 }
 
 /// After a search that did not end at an optimum.
@@ -136,6 +160,11 @@ fn plan(at: &Evaluation) -> Option<String> {
 }
 
 fn of_plan(task: &TaskEvaluation) -> Option<String> {
+    of_search(task).or_else(|| of_motion(task))
+}
+
+/// What to do about a plan that was not found, or is numerically unstable.
+fn of_search(task: &TaskEvaluation) -> Option<String> {
     let name = &task.name;
     if task.status == PlanStatus::LimitsExceeded {
         return Some(format!(
@@ -164,6 +193,12 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
         };
         return Some(format!("{advice}: the time step of {name} is too large for the stiff parts of the model"));
     }
+    None
+}
+
+/// What to do about what a plan does.
+fn of_motion(task: &TaskEvaluation) -> Option<String> {
+    let name = &task.name;
     if let Some(substeps) = task.trust.as_ref().and_then(|trust| trust.substeps_advised) {
         return Some(format!(
             "`substeps = {substeps}` in [model]: roll-outs of {name} on finer steps differ from those on its own steps"
@@ -180,23 +215,20 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     let effort = |limit: &&LimitViolation| {
         ["effort of", "control of", "force of"].iter().any(|start| limit.name.starts_with(start))
     };
-    let count = task.limits_violated.len();
-    let more = match count {
-        0 | 1 => String::new(),
-        2 => " and 1 more".to_owned(),
-        _ => format!(" and {} more", count - 1),
-    };
+    let more = |count: usize| if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
     if let Some(limit) = task.limits_violated.iter().find(effort) {
         return Some(format!(
-            "`enforce_effort_limits = true` in the task {name}: its plan exceeds the limit of {}{more}",
-            limit.name
+            "`enforce_effort_limits = true` in the task {name}: its plan exceeds the limit of {}{}",
+            limit.name,
+            more(task.limits_violated.iter().filter(effort).count())
         ));
     }
     if let Some(limit) = task.limits_violated.first() {
         return Some(format!(
             "more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
-             limit of {}{more}",
-            limit.name
+             limit of {}{}",
+            limit.name,
+            more(task.limits_violated.len())
         ));
     }
     task.is_broken().then(|| format!("less noise or softer contacts: the roll-outs of {name} do not follow the plan"))

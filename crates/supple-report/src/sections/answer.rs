@@ -88,10 +88,27 @@ fn found(part: &Part, report: &DesignReport) -> Markup {
     html! {
         p.result { (result(part, report)) }
         p { (verdict(report)) }
+        @for text in in_closed_loop(report) { p { strong { (with_code(&text)) } } }
         @if let Some(better) = better(part, report) { p { strong { (better) } } }
         (parameters(part, report, end))
         (results(part, report, end))
     }
+}
+
+/// What the design exceeds in closed loop although its plan keeps it, by task.
+fn in_closed_loop(report: &DesignReport) -> Vec<String> {
+    let of_task = |task: &TaskEvaluation| {
+        let exceeded = task.exceeded_in_rollouts();
+        let name = &task.name;
+        let text = || {
+            let exceeded = exceeded.join("; ");
+            format!(
+                "In roll-outs of {name}, {exceeded}. Plans keep limits without noise: a stricter limit leaves a margin."
+            )
+        };
+        (!exceeded.is_empty()).then(text)
+    };
+    report.optimum.tasks.iter().filter_map(of_task).collect()
 }
 
 /// The answer in words.

@@ -43,9 +43,14 @@ pub fn warnings(part: &Part) -> Vec<String> {
         for design in &study.designs {
             list.extend(design.warnings.iter().map(|warning| format!("At {} in {folder}, {warning}.", design.name)));
         }
-        let failed = study.cells.iter().filter(|cell| cell.error.is_some() || !cell.mean.is_finite()).count();
+        let all = study.cells.len();
+        let missing = study.cells.iter().filter(|cell| cell.is_missing()).count();
+        if missing > 0 {
+            list.push(format!("The study in {folder} was stopped before {missing} of {all} mean costs were computed."));
+        }
+        let failed = study.cells.iter().filter(|cell| !cell.is_missing());
+        let failed = failed.filter(|cell| cell.error.is_some() || !cell.mean.is_finite()).count();
         if failed > 0 {
-            let all = study.cells.len();
             list.push(format!(
                 "In {folder}, {failed} of {all} mean costs could not be computed, or a roll-out diverged."
             ));

@@ -73,8 +73,13 @@ impl From<Stored> for Remark {
 
 /// Where bounds become active along a front, where parameters reach an end of their range, and where the task's own
 /// bounds lie.
-pub(super) fn remarks(task: &LoadedTask, ends: &Ends, points: &[ParetoPoint]) -> Vec<Remark> {
+///
+/// Of a front that is not complete, only where its ends are: what lies between is not known.
+pub(super) fn remarks(task: &LoadedTask, ends: &Ends, (points, is_complete): (&[ParetoPoint], bool)) -> Vec<Remark> {
     let mut remarks: Vec<Remark> = vec![own_bounds(ends).into()];
+    if !is_complete {
+        return remarks;
+    }
     if points.len() == 1 {
         let text = "the design of least information is also the cheapest: the front is a single point";
         remarks.push(text.to_owned().into());

@@ -6,6 +6,7 @@ use supple_model::parameters::Named;
 use supple_model::scene::Scene;
 use supple_model::system::Curvature;
 use supple_model::{ContactReport, PriceReport};
+use supple_text::{interval_95, short};
 
 use super::controller::ControllerReport;
 use super::curves::{ContactCurve, CostCurve, QuantityCurve};
@@ -14,7 +15,7 @@ use super::sensing::MeasurementReport;
 use super::trust::{Trust, Verdict};
 use crate::plan::PlanStatus;
 use crate::settings::InformationWeights;
-use crate::simulate::{MonteCarlo, Sample};
+use crate::simulate::{LimitShare, MonteCarlo, Sample};
 use crate::stability::Stability;
 use crate::{CostParts, FEASIBILITY, meets};
 
@@ -200,6 +201,29 @@ impl TaskEvaluation {
     #[must_use]
     pub fn is_broken(&self) -> bool {
         self.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken)
+    }
+
+    /// What roll-outs exceed although the plan keeps it, in words: the cost limit, if their 95 % interval lies above it, and
+    /// limits that more than half of them leave.
+    #[must_use]
+    pub fn exceeded_in_rollouts(&self) -> Vec<String> {
+        let Some(sampled) = &self.monte_carlo else { return Vec::new() };
+        let cost = self.limit_exceeded_in_rollouts().filter(|bound| self.cost.expected <= bound * (1.0 + FEASIBILITY));
+        let of_cost = cost.map(|bound| {
+            let interval = sampled
+                .cost_interval_95
+                .map_or_else(String::new, |interval| format!(", {}", interval_95(interval, |value| short(value, 5))));
+            format!("their cost, {}{interval}, is above its limit of {}", short(sampled.cost_mean, 5), short(bound, 5))
+        });
+        let left = sampled.limits.iter().filter(|limit| limit.is_kept_by_plan() && limit.share > 0.5);
+        let of_limit = |limit: &LimitShare| {
+            let LimitShare { name, unit, limit, upper, median, share, .. } = limit;
+            let side = if *upper { "above" } else { "below" };
+            let (share, bound, median) = (short(100.0 * share, 3), short(*limit, 4), short(*median, 4));
+            let bound = format!("{bound} {unit}");
+            format!("{name} is {side} {} in {share} % of them, with a median of {median}", bound.trim_end())
+        };
+        of_cost.into_iter().chain(left.map(of_limit)).collect()
     }
 
     /// The cost limit, if roll-outs exceed it significantly: their 95 % interval lies above it.

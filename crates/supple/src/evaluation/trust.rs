@@ -398,7 +398,9 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         }
     }
     reasons.extend(limit_left(sampled));
-    for contact in predicted.contacts.iter().filter(|contact| contact.touches) {
+    // A contact that only grazes, by its smoothing, is none to rely on.
+    let presses = |contact: &&ContactReport| contact.touches && contact.least_clearance_m < 0.0;
+    for contact in predicted.contacts.iter().filter(presses) {
         let of = sampled.touched.iter().find(|touched| touched.name == contact.name);
         if let Some(touched) = of.filter(|touched| touched.share < TOUCHING) {
             reasons.push(format!(
