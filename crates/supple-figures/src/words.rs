@@ -40,16 +40,39 @@ pub fn fixed(value: f64, digits: usize) -> String {
 
 /// A number with three significant digits, in scientific notation if it is very large or small.
 pub fn typeset(value: f64) -> String {
+    typeset_to(value, DIGITS)
+}
+
+/// Numbers of one scale, which are set with as many digits as it takes to tell one from the next.
+pub fn typeset_all(values: &[f64]) -> Vec<String> {
+    let texts = |digits: usize| values.iter().map(|value| typeset_to(*value, digits)).collect::<Vec<_>>();
+    // Steps of a scale are round: as many digits as tell them apart show each of them whole.
+    let are_whole = |digits: &usize| {
+        let step = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(f64::INFINITY, f64::min);
+        let off = |value: &f64| {
+            let unit = 10f64.powi(exponent(*value, *digits) + 1 - *digits as i32);
+            ((value / unit).round() * unit - value).abs()
+        };
+        values.iter().all(|value| off(value) <= 1e-3 * step)
+    };
+    texts((DIGITS..MOST_DIGITS).find(are_whole).unwrap_or(MOST_DIGITS))
+}
+
+/// Significant digits of a number by itself, and of one among others at most.
+const DIGITS: usize = 3;
+const MOST_DIGITS: usize = 9;
+
+fn typeset_to(value: f64, significant: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".into() } else { "\u{2013}".into() };
     }
-    let exponent = exponent_of(value);
+    let exponent = exponent(value, significant);
     if (-3..5).contains(&exponent) {
-        let digits = usize::try_from(2 - exponent).unwrap_or(0);
+        let digits = usize::try_from(significant as i32 - 1 - exponent).unwrap_or(0);
         let text = fixed(value, digits);
         return trimmed(&text).to_owned();
     }
-    let mantissa = fixed(value / 10f64.powi(exponent), 2);
+    let mantissa = fixed(value / 10f64.powi(exponent), significant - 1);
     let mantissa = trimmed(&mantissa);
     if mantissa == "1" { power(exponent) } else { format!("{mantissa}\u{d7}{}", power(exponent)) }
 }
@@ -77,5 +100,9 @@ mod tests {
         assert_eq!((fixed(-1.5, 1).as_str(), fixed(-0.001, 1).as_str()), ("−1.5", "0.0"));
         let shown = [0.0, 250.0, 0.05, 99_950.0, 1e-4, -2.5e-7, 135.912].map(typeset);
         assert_eq!(shown, ["0", "250", "0.05", "10⁵", "10⁻⁴", "−2.5×10⁻⁷", "136"]);
+        assert_eq!(typeset_all(&[161.8, 162.0, 162.2]), ["161.8", "162", "162.2"]);
+        assert_eq!(typeset_all(&[1.0005e5, 1.001e5]), ["1.0005×10⁵", "1.001×10⁵"]);
+        assert_eq!(typeset_all(&[20.0, 50.0, 1000.0]), ["20", "50", "1000"]);
+        assert_eq!(typeset_all(&[135.912]), ["136"], "a constant");
     }
 }

@@ -34,9 +34,9 @@ pub fn draw(canvas: &mut Canvas, frame: &Frame, (grid, levels, map): (&Values, &
             canvas.path(&sheet.area(*level), true, Paint::fill(&colour(map, index + 1, bands).0));
         }
         let mut room = Room { area: frame.area, above, taken: Vec::new() };
-        for (index, level) in levels.iter().enumerate() {
+        for (index, (level, text)) in levels.iter().zip(words::typeset_all(levels)).enumerate() {
             let dark = colour(map, index + 1, bands).1;
-            numbered(canvas, &sheet, *level, dark, (&ruler, &mut room));
+            numbered(canvas, &sheet, (*level, &text), dark, (&ruler, &mut room));
         }
     });
 }
@@ -70,11 +70,16 @@ fn beside(at: Place, from: Place, to: Place) -> f64 {
 }
 
 /// Draws the lines of a level, the longest with its value in a gap.
-fn numbered(canvas: &mut Canvas, sheet: &Sheet, level: f64, dark: bool, (ruler, room): (&Ruler, &mut Room)) {
+fn numbered(
+    canvas: &mut Canvas,
+    sheet: &Sheet,
+    (level, text): (f64, &str),
+    dark: bool,
+    (ruler, room): (&Ruler, &mut Room),
+) {
     let colour = if dark { "#ffffff" } else { "#000000" };
     let mut lines = sheet.lines(level);
-    let text = words::typeset(level);
-    let half = ruler.width(&text, SMALL - 1.0) / 2.0 + 1.5;
+    let half = ruler.width(text, SMALL - 1.0) / 2.0 + 1.5;
     lines.sort_by(|a, b| length(b).total_cmp(&length(a)));
     let spot = lines.first().and_then(|line| spot(line, half, room));
     if let Some(Spot { at: (x, y), angle, from, to }) = spot {
@@ -83,7 +88,7 @@ fn numbered(canvas: &mut Canvas, sheet: &Sheet, level: f64, dark: bool, (ruler, 
         room.taken.push((x, y));
         let (sin, cos) = angle.to_radians().sin_cos();
         let down = 0.36 * (SMALL - 1.0);
-        canvas.text(&text, (x - down * sin, y + down * cos), SMALL - 1.0, Hold::Middle, angle, colour);
+        canvas.text(text, (x - down * sin, y + down * cos), SMALL - 1.0, Hold::Middle, angle, colour);
     }
     canvas.path(&lines, false, Paint { opacity: 0.6, ..Paint::stroke(colour, 0.4) });
 }
@@ -153,10 +158,10 @@ pub fn bar(canvas: &mut Canvas, [left, top, width, height]: [f64; 4], levels: &[
     }
     canvas.rectangle([x, top, BAR, height], Paint::stroke("#000000", 0.4));
     let every = (1.15 * SMALL / step).ceil().max(1.0) as usize;
-    for (index, level) in levels.iter().enumerate().filter(|(index, _)| index % every == 0) {
+    for (index, text) in words::typeset_all(levels).iter().enumerate().filter(|(index, _)| index % every == 0) {
         let y = top + height - step * (index + 1) as f64;
         canvas.path(&[vec![(x + BAR, y), (x + BAR + 1.5, y)]], false, Paint::stroke("#000000", 0.4));
-        canvas.text(&words::typeset(*level), (x + BAR + 3.0, y + 0.36 * SMALL), SMALL, Hold::Left, 0.0, "#000000");
+        canvas.text(text, (x + BAR + 3.0, y + 0.36 * SMALL), SMALL, Hold::Left, 0.0, "#000000");
     }
 }
 

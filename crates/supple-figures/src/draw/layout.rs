@@ -147,7 +147,7 @@ fn panel_layout(
     let half = if labelled_x { widest(&x) / 2.0 + 2.5 } else { 4.0 };
     let left = if labelled_y { y_label_gap + y_label.len() as f64 * LABEL * LEADING + 1.0 } else { half };
     let right = bar_levels(panel).map_or(half, |levels| {
-        let texts = levels.iter().map(|level| ruler.width(&words::typeset(*level), SMALL));
+        let texts = words::typeset_all(levels).into_iter().map(|text| ruler.width(&text, SMALL));
         2.0 * BAR + 4.0 + texts.fold(0.0, f64::max)
     });
     let tag = if count > 1 { format!("({}) ", letter(index)) } else { String::new() };

@@ -189,7 +189,9 @@ impl View<'_> {
             let map = if quantity == Quantity::Information { Map::Viridis } else { Map::Cividis };
             let field = Shape::Field { levels: levels(self.values(quantity)), grid, map };
             let mut series = vec![Series::plain(Style::line(Colour::Black), field)];
-            if let Some(level) = self.bound {
+            // A line beyond all costs of the sweep would be in the legend only.
+            let (low, high) = ends(&self.costs);
+            if let Some(level) = self.bound.filter(|level| (low..=high).contains(level)) {
                 let shape = Shape::Contour { grid: cost.clone(), level };
                 series.push(Series::named(bound_label(level), Style { rim: true, ..bound_style() }, shape));
             }
