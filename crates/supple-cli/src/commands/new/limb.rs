@@ -175,7 +175,7 @@ pub fn falling(planning: &Planning, held: &[f64], least: impl Fn(usize) -> f64) 
 }
 
 /// The joints of a robot with drives: those that actuators of the file drive, or else those with an effort, or else all.
-fn driven(planning: &Planning) -> Vec<usize> {
+pub fn driven(planning: &Planning) -> Vec<usize> {
     let (robot, tree) = (&planning.robot, &planning.tree);
     let joint = |dof: &usize| tree.joint_indices()[*dof];
     let all = || 0..tree.dofs();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, load, mass_matrix};
 use supple_text::{quoted, short, significant};
 
-use super::limb::falling;
+use super::limb::{self, falling};
 use super::rules::plain;
 use super::tried::{distance, evaluate, exceeded};
 use crate::commands::robot::{Planning, SMOOTHING};
@@ -28,6 +28,8 @@ const CHEAPER: [f64; 3] = [0.1, 0.01, 0.001];
 const SLOWER: [f64; 2] = [2.0, 4.0];
 /// Joints without a drive fall if gravity accelerates them by more than this, rad/s^2 or m/s^2.
 const FALLING: f64 = 1.0;
+/// Joints with a spring and without a drive fall if gravity deflects them by more than this, rad or m.
+const GIVING: f64 = 0.5;
 /// How far from its target a plan may end, as a share of the way.
 const BESIDE: f64 = 0.1;
 
@@ -67,11 +69,13 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> 
             writeln!(text, "actuated = [{}]   # the file gives no effort limit for the other joints", names.join(", "));
     }
     let reach = Reach::of(&planning, end, gravity);
-    let written = |cheaper: f64, slower: f64| -> Result<(String, Plan), Failure> {
-        let text = format!("{text}{}", reach.text(cheaper, slower));
+    let tried = |cheaper: f64, slower: f64, keeps: bool| -> Result<(String, Plan), Failure> {
+        let limits = if keeps { reach.limits() } else { String::new() };
+        let text = format!("{text}{}{limits}", reach.text(cheaper, slower, keeps));
         let plan = reach.planned(&text, path)?;
         Ok((text, plan))
     };
+    let written = |cheaper: f64, slower: f64| tried(cheaper, slower, false);
     let (mut text, mut plan) = written(1.0, 1.0)?;
     let mut weight = 1.0;
     if plan.missed.is_some() {
@@ -90,6 +94,15 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> 
         let other = written(weight, slower)?;
         if other.1.missed.is_none() && other.1.exceeded.len() < plan.exceeded.len() {
             (text, plan) = other;
+        }
+    }
+    if plan.missed.is_none() && !plan.exceeded.is_empty() {
+        for slower in [1.0].into_iter().chain(SLOWER) {
+            let other = tried(weight, slower, true)?;
+            if other.1.missed.is_none() && other.1.exceeded.len() < plan.exceeded.len() {
+                (text, plan) = other;
+                break;
+            }
         }
     }
     plan.missed.iter().chain(&plan.exceeded).for_each(|what| warn(what));
@@ -113,7 +126,7 @@ pub fn warn_of_still(planning: &Planning) {
     }
 }
 
-/// The limb with the most joints up to [`MOST_JOINTS`], other joints locked where there are more than that, and the
+/// The limb with the most driven joints, of up to [`MOST_JOINTS`] in all, other joints locked where there are more than that, and the
 /// name of the link at its end.
 fn limb(whole: &Planning) -> (Planning, String) {
     let (tree, robot) = (&whole.tree, &whole.robot);
@@ -128,10 +141,16 @@ fn limb(whole: &Planning) -> (Planning, String) {
         }
         dofs
     };
+    // What no drive moves is no limb, but an object.
+    let drives = limb::driven(whole);
+    let moves = |dofs: &[usize]| {
+        let driven = dofs.iter().filter(|dof| drives.contains(dof)).count();
+        (driven, std::cmp::Reverse(dofs.len() - driven))
+    };
     let mut best = (0, Vec::new());
     for link in 0..robot.links.len() {
         let dofs = joints_to(link);
-        if dofs.len() >= best.1.len() && dofs.len() <= MOST_JOINTS {
+        if moves(&dofs) >= moves(&best.1) && dofs.len() <= MOST_JOINTS {
             best = (link, dofs);
         }
     }
@@ -187,7 +206,10 @@ impl<'a> Reach<'a> {
         let kinematics = Kinematics::at_rest(tree, &numbers, start);
         let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
         let inertia = mass_matrix(tree, &numbers, &kinematics);
-        let least = |dof: usize| numbers.joints[tree.joint_indices()[dof]].friction.max(FALLING * inertia[dof][dof]);
+        let least = |dof: usize| {
+            let joint = &numbers.joints[tree.joint_indices()[dof]];
+            joint.friction.max(FALLING * inertia[dof][dof]).max(GIVING * joint.stiffness)
+        };
         let falling: Vec<_> = falling(planning, &held, least).into_iter().map(|dof| &tree.joints()[dof]).collect();
         if !falling.is_empty() {
             warn(&format!(
@@ -215,8 +237,9 @@ impl<'a> Reach<'a> {
         self.way() > 1e-3
     }
 
-    /// Sensors, task and costs, with factors on the weight of the control and on the time.
-    fn text(&self, cheaper: f64, slower: f64) -> String {
+    /// Sensors, task and costs, with factors on the weight of the control and on the time; and whether the plan keeps limits
+    /// of the drives.
+    fn text(&self, cheaper: f64, slower: f64, keeps: bool) -> String {
         let names: Vec<_> = self.planning.tree.joints().iter().map(|name| format!("{name:?}")).collect();
         let select = names.join(", ");
         let list =
@@ -227,6 +250,9 @@ impl<'a> Reach<'a> {
              [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {TIME_STEP:?}               # s\n",
             (slower * DURATION / TIME_STEP).round(),
         );
+        if keeps {
+            text += "enforce_effort_limits = true\n";
+        }
         text += "# initial_state is left out: at rest at 0, or at the middle of the range if it excludes 0.\n\
                  # initial_control is left out: the plan starts from controls that hold the robot up.\n\n\
                  [tasks.noise]                    # variances; of the process per step\n\
@@ -261,6 +287,26 @@ impl<'a> Reach<'a> {
         text
     }
 
+    /// The ranges of the joints, as limits that plans keep.
+    fn limits(&self) -> String {
+        let Planning { robot, tree, .. } = self.planning;
+        let mut text = "\n# The ranges of the joints in the robot's file.\n".to_owned();
+        for (name, &joint) in tree.joints().iter().zip(tree.joint_indices()) {
+            let limits = &robot.joints[joint].limits;
+            let end = |key: &str, value: f64| {
+                if value.is_finite() { format!("{key} = {value:?}\n") } else { String::new() }
+            };
+            let ends = end("lower", limits.lower) + &end("upper", limits.upper);
+            if !ends.is_empty() {
+                let _ = write!(
+                    text,
+                    "[[tasks.limits]]\nkind = \"joint_position\"\nselect = [{name:?}]\n{ends}enforce = true\n"
+                );
+            }
+        }
+        text
+    }
+
     /// Plans the task.
     ///
     /// # Errors
@@ -285,7 +331,7 @@ impl<'a> Reach<'a> {
             )
         });
         let exceeded = exceeded(task).into_iter();
-        let exceeded = exceeded.map(|what| format!("{what}; increase `steps`, or choose a nearer `target`")).collect();
+        let exceeded = exceeded.map(|what| format!("{what}; choose a nearer `target`, increase `steps`, or let the plan keep it: `enforce_effort_limits`, or a limit with `enforce = true`")).collect();
         Ok(Plan { missed, exceeded })
     }
 }
