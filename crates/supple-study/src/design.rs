@@ -36,15 +36,15 @@
 //! ```
 
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::design::{
-    Aim, Change, Control, Design, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, Observer,
-    Searcher, Split, StartSummary,
+    Aim, Change, Control, Design, DesignSettings, DesignStatus, GradientKind, InformationWeights, KeptCombinations,
+    Method, Observer, Searcher, Split, StartSummary,
 };
 use supple::pipeline::TaskState;
 use supple::{
@@ -294,8 +294,48 @@ pub fn run_observed(
     };
     let starts: Vec<_> = (0..settings.starts).into_par_iter().map(search).collect::<Result<_, StudyError>>()?;
     let starts = starts.into_iter().flatten().collect();
-    let found = searcher.choose(searcher.combine(starts, clock.elapsed().as_secs_f64())?)?;
+    let kept = CombinationParts { parts: &parts, problem, error: Mutex::new(None) };
+    let found = searcher.choose_kept(searcher.combine(starts, clock.elapsed().as_secs_f64())?, &kept)?;
+    if let Some(error) = kept.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
     report(phi, &searcher, &found, watch.progress)
+}
+
+/// The designs of combinations of catalogue entries, as parts of a journal.
+struct CombinationParts<'a> {
+    parts: &'a Parts,
+    problem: &'a Problem,
+    /// Why one could not be read or kept.
+    error: Mutex<Option<StudyError>>,
+}
+
+impl CombinationParts<'_> {
+    fn name(entries: &[usize]) -> String {
+        let entries: Vec<String> = entries.iter().map(ToString::to_string).collect();
+        format!("combination {}", entries.join(" "))
+    }
+
+    fn note<T>(&self, done: Result<T, StudyError>) -> Option<T> {
+        match done {
+            Ok(done) => Some(done),
+            Err(error) => {
+                self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                None
+            }
+        }
+    }
+}
+
+impl KeptCombinations for CombinationParts<'_> {
+    fn find(&self, entries: &[usize]) -> Option<StartSummary> {
+        let found = self.note(self.parts.find::<StartSummary>(&Self::name(entries))).flatten()?;
+        self.note(checked(found, self.problem))
+    }
+
+    fn keep(&self, entries: &[usize], found: &StartSummary) {
+        self.note(self.parts.keep(&Self::name(entries), found));
+    }
 }
 
 /// What a search is.

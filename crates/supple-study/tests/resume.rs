@@ -105,6 +105,53 @@ fn design_searches_resume() {
     assert!(assert_resumes(2, run) >= 1);
 }
 
+/// Tells a search to stop once so many combinations of catalogue entries are designed.
+struct StopAmongCombinations {
+    combinations: u64,
+    stop: AtomicBool,
+}
+
+impl Progress for StopAmongCombinations {
+    fn begin(&self, _: &str, _: u64, _: u64) {}
+
+    fn advance(&self, _: u64) {}
+
+    fn say(&self, found: &str) {
+        if found.starts_with(&format!("{} of 12 combinations", self.combinations)) {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+#[test]
+fn choices_from_catalogues_resume_among_their_combinations() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass_small.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let first = "bounds = [20.0, 120.0]\ncatalogue = [30.0, 50.0, 70.0, 90.0]";
+    let text = text.replace("bounds = [20.0, 120.0]", first);
+    let second = "bounds = [3.0, 50.0]\ncatalogue = [5.0, 10.0, 20.0]";
+    let text = text.replace("bounds = [3.0, 50.0]", second);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("task.toml"), text).unwrap();
+    let task = LoadedTask::load(&folder.path().join("task.toml"), &[]).unwrap();
+    let settings = DesignSettings { starts: 1, rollouts: Some(2), ..task.problem.design.clone() };
+    let run = |folder: Option<&Path>, watch: Watch| {
+        let found = design::run(&task, &settings, folder, watch).unwrap();
+        DesignReport { seconds: 0.0, report_seconds: 0.0, ..found }
+    };
+    let whole = run(None, RUNNING);
+    assert_eq!(whole.catalogue.as_ref().map(|found| (found.combinations, found.designed)), Some((12, 12)));
+    let kept_in = tempfile::tempdir().unwrap();
+    let stop = StopAmongCombinations { combinations: 4, stop: AtomicBool::new(false) };
+    let stopped = run(Some(kept_in.path()), Watch { progress: &stop, stop: Stop::when(&stop.stop) });
+    assert!(!stopped.catalogue.as_ref().unwrap().complete);
+    let kept = kept_parts(kept_in.path()).unwrap();
+    // The start and at least three combinations; some may have been under way on other threads.
+    assert!((4..13).contains(&kept), "{kept}");
+    assert_eq!(json(&run(Some(kept_in.path()), RUNNING)), json(&whole));
+    assert_eq!(kept_parts(kept_in.path()).unwrap(), 13);
+}
+
 #[test]
 fn traces_resume() {
     let task = small();

@@ -27,7 +27,7 @@ mod visited;
 pub use crate::branches::{Attempts, best_plan, cheapest_of, minima_at, plan_at};
 pub use crate::settings::{DesignSettings, GradientKind, InformationWeights, Method, ROLLOUTS};
 pub use aim::Aim;
-pub use control::{Control, Event, NoObserver, Observer};
+pub use control::{Control, Event, KeepNone, KeptCombinations, NoObserver, Observer};
 pub use entries::Units;
 pub use outer::{Ending, Optimiser, OuterPoint, OuterProblem};
 pub use result::{CatalogueDesign, CatalogueMethod, Combination, Design};

@@ -9,7 +9,7 @@ use crate::Error;
 use crate::branches::{BranchSearch, best_plan, cost_of_branch, search_branches};
 use crate::continuation::Scaling;
 use crate::design::{
-    CatalogueDesign, CatalogueMethod, Combination, Control, Event, NoObserver, Searcher, StartSummary,
+    CatalogueDesign, CatalogueMethod, Combination, Control, Event, KeptCombinations, NoObserver, Searcher, StartSummary,
 };
 use crate::pipeline::TaskState;
 use crate::problem::Problem;
@@ -27,16 +27,17 @@ pub(super) struct Choosing<'a> {
     pub places: Vec<usize>,
     /// The design without catalogues.
     continuous: &'a StartSummary,
+    kept: &'a dyn KeptCombinations,
     done: AtomicUsize,
     known: Known,
 }
 
 impl<'a> Choosing<'a> {
-    pub fn new(searcher: Searcher<'a>, continuous: &'a StartSummary) -> Self {
+    pub fn new(searcher: Searcher<'a>, continuous: &'a StartSummary, kept: &'a dyn KeptCombinations) -> Self {
         let places = searcher.problem.parameters.catalogued();
         let parameters = searcher.problem.parameters.held(&places);
         let held = Problem { parameters, ..searcher.problem.clone() };
-        Self { searcher, held, places, continuous, done: AtomicUsize::new(0), known: Known::new() }
+        Self { searcher, held, places, continuous, kept, done: AtomicUsize::new(0), known: Known::new() }
     }
 
     /// How many entries each catalogue has.
@@ -112,12 +113,20 @@ impl<'a> Choosing<'a> {
     /// designed, so that there is a result. `of` is the total number expected, for the observer.
     pub fn design_all(&mut self, combinations: Vec<Vec<usize>>, of: usize) {
         let nearest: Vec<usize> = self.around().into_iter().map(|[nearer, _]| nearer).collect();
-        let Self { searcher, done, .. } = &*self;
-        let run = |entries: Vec<usize>| {
+        let Self { searcher, done, kept, .. } = &*self;
+        let design_anew = |entries: &[usize]| {
             if entries != nearest && searcher.control.is_stopped() {
-                return None;
+                return Err(Error::Stopped);
             }
-            let designed = self.design(&entries);
+            let designed = self.design(entries)?;
+            // One that was under way when the stop was requested may be incomplete.
+            if !searcher.control.is_stopped() {
+                kept.keep(entries, &designed);
+            }
+            Ok(designed)
+        };
+        let run = |entries: Vec<usize>| {
+            let designed = kept.find(&entries).map_or_else(|| design_anew(&entries), Ok);
             if matches!(designed, Err(Error::Stopped)) {
                 return None;
             }

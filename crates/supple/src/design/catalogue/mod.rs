@@ -5,7 +5,7 @@ mod neighbours;
 
 use std::time::Instant;
 
-use super::{CatalogueDesign, CatalogueMethod, Design, DesignStatus, Searcher};
+use super::{CatalogueDesign, CatalogueMethod, Design, DesignStatus, KeepNone, KeptCombinations, Searcher};
 use crate::Error;
 use choosing::Choosing;
 
@@ -39,11 +39,19 @@ impl Searcher<'_> {
     /// # Errors
     /// Where no combination can be evaluated.
     pub fn choose(&self, design: Design) -> Result<Design, Error> {
+        self.choose_kept(design, &KeepNone)
+    }
+
+    /// [`choose`](Self::choose), with the designs of combinations that an interrupted search kept.
+    ///
+    /// # Errors
+    /// Where no combination can be evaluated.
+    pub fn choose_kept(&self, design: Design, kept: &dyn KeptCombinations) -> Result<Design, Error> {
         if self.problem.parameters.catalogued().is_empty() || design.catalogue.is_some() {
             return Ok(design);
         }
         let clock = Instant::now();
-        let mut catalogue = match choose(Choosing::new(*self, &design.starts[design.best])) {
+        let mut catalogue = match choose(Choosing::new(*self, &design.starts[design.best], kept)) {
             // No combination was designed: return the design without catalogues.
             Err(Error::Stopped) => return Ok(Design { status: DesignStatus::Stopped, ..design }),
             chosen => chosen?,
