@@ -45,7 +45,7 @@ pub struct RobotOptions {
     /// Torques or forces of the drives, N m or N
     #[arg(long, value_name = "A,B,..", allow_hyphen_values = true)]
     pub tau: Option<String>,
-    /// Gravity in the world frame, m/s^2 [default: 0,0,-9.81, regardless of the file; with --to, the file's]
+    /// Gravity in the world frame, m/s^2 [default: the file's, or 0,0,-9.81]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub gravity: Option<String>,
     /// Write the robot as a file of another format: `mjcf`, which MuJoCo reads

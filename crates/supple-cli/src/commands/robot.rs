@@ -21,7 +21,7 @@ use crate::arguments::{RobotFormat, RobotOptions};
 use crate::failure::Failure;
 use crate::output::{print_text, warn};
 
-/// Default gravity, m/s^2.
+/// Gravity where neither the command nor the file says otherwise, m/s^2.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// Velocity over which friction is smoothed, rad/s or m/s: the default of robots in task files.
 pub const SMOOTHING: f64 = 1e-2;
@@ -31,7 +31,7 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     if let Some(folder) = options.package_roots.iter().find(|folder| !folder.is_dir()) {
         return Err(Failure::usage(format!("--package-root {}: there is no such folder", folder.display())));
     }
-    let gravity = options.gravity.as_deref().map_or(Ok(GRAVITY), three)?;
+    let given = options.gravity.as_deref().map(three).transpose()?;
     let package_roots = options.package_roots.clone();
     let is_task = options.file.extension().is_some_and(|ending| ending == "toml");
     let robot = if is_task {
@@ -45,6 +45,7 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     if let Some(RobotFormat::Mjcf) = options.to {
         return write(robot, options);
     }
+    let gravity = given.or(robot.gravity).unwrap_or(GRAVITY);
     let tree = Tree::new(&robot);
     let lists = [("--q", &options.q), ("--v", &options.v), ("--tau", &options.tau)];
     if !options.json && lists.iter().all(|(_, list)| list.is_none()) {
@@ -55,9 +56,6 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     let state = State { q: q?, v: v?, tau: tau?, gravity };
     let warnings = if options.verbose { &robot.every_warning } else { &robot.warnings };
     warnings.iter().for_each(|warning| warn(warning));
-    if let Some([x, y, z]) = robot.gravity.filter(|&said| options.gravity.is_none() && said != gravity) {
-        warn(&format!("the file sets gravity {x},{y},{z}; these dynamics use 0,0,-9.81: see --gravity"));
-    }
     print(&dynamics(&robot, &tree, &state)?)?;
     Ok(Outcome::Success)
 }

@@ -13,7 +13,8 @@ const SHOWN: usize = 2;
 pub fn bound_page(about: &About, study: &BoundStudy) -> String {
     let mut page = heading(about);
     for (index, task) in study.report.tasks.iter().enumerate() {
-        page.push_str(&task_page(task));
+        let limit = about.tasks.iter().find(|one| one.name == task.name).and_then(|one| one.bound);
+        page.push_str(&task_page(task, limit));
         if let Some(curve) = study.curves.get(index) {
             page.push_str(&curve_page(task, curve));
         }
@@ -21,7 +22,8 @@ pub fn bound_page(about: &About, study: &BoundStudy) -> String {
     page
 }
 
-fn task_page(task: &TaskBound) -> String {
+/// The bounds of a task, of which the task file has this cost limit.
+fn task_page(task: &TaskBound, limit: Option<f64>) -> String {
     let mut page = String::new();
     let over = match task.stationary {
         true => "in the steady state, per step".to_owned(),
@@ -29,7 +31,13 @@ fn task_page(task: &TaskBound) -> String {
     };
     let _ = writeln!(page, "{}: {over}\n", task.name);
     let mut costs = table(&["expected cost", "", ""]);
-    costs.add_row(["limit, D", &number(task.cost), ""]);
+    let same = |other: f64| (other - task.cost).abs() <= 1e-9 * task.cost.abs();
+    let note = match limit.filter(|_| !task.stationary) {
+        Some(limit) if same(limit) => "the cost limit of the task".to_owned(),
+        Some(limit) => format!("the cost limit of the task is {0}: `--cost {0}`", number(limit)),
+        None => String::new(),
+    };
+    costs.add_row(["to be kept, D", &number(task.cost), &note]);
     let known = |cost: Option<f64>, else_: &str| cost.map_or_else(|| else_.to_owned(), number);
     costs.add_row(["of this design", &known(task.own_cost, "none"), ""]);
     costs.add_row(["minimum, with the state known exactly", &number(task.minimum_cost), ""]);

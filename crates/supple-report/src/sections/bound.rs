@@ -33,8 +33,8 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     }
     Some(html! {
         p {
-            "The minimum is the least directed information with which any sensors and any controller stay within the "
-            "cost limit. The virtual sensor attains this minimum; a real design measures more because of its own sensors."
+            "The minimum is the least directed information with which any sensors and any controller keep the expected "
+            "cost D of the table. The virtual sensor attains this minimum; a real design measures more because of its own sensors."
         }
         @for piece in pieces { (piece) }
     })

@@ -97,7 +97,8 @@ fn robustness(study: &Robustness) -> String {
 
 fn bound(study: &BoundStudy) -> String {
     let tasks = study.report.tasks.iter().map(|task| {
-        let least = format!("{} bits per step for {}", number(task.minimum_bits_per_step), task.name);
+        let (bits, cost) = (number(task.minimum_bits_per_step), number(task.cost));
+        let least = format!("{bits} bits per step for {} at an expected cost of {cost}", task.name);
         if task.not_proved.is_some() || task.not_certified().is_some() {
             format!("{least} (not certified)")
         } else {

@@ -73,6 +73,13 @@ impl Build<'_> {
                 find("", "moving joint", &name, &self.joints)
                     .map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
             }
+            let dof = self.joints.iter().position(|joint| *joint == name);
+            let drives_it = |one: &&Actuator| !is_actuator && names.contains(&one.name) && self.dof_of(one) == dof;
+            if let Some(by) = actuators.iter().find(drives_it) {
+                let message =
+                    format!("joint `{name}` is driven by the actuator `{0}`: use `[model.drives.{0}]`", by.name);
+                return Err(self.error(&keys, message));
+            }
             let what = if is_actuator { "actuator" } else { "joint" };
             let message = format!("{what} `{name}` is not actuated; actuated: {}", supple_text::quoted(&names));
             return Err(self.error(&keys, message));
