@@ -77,6 +77,14 @@ impl Followed {
         Ok(Some(Self { limits, is_of_model: true, ..Self::curve(DriveEffort::of(Some(names), vocabulary)?) }))
     }
 
+    /// The same limits on the efforts of drives in the first of several sub-steps; `None` if these are no limits of efforts, or
+    /// the drives do not act at the ends of sub-steps.
+    #[must_use]
+    pub fn in_first_substep(&self) -> Option<Self> {
+        let efforts = self.quantity.as_kind::<DriveEffort>().filter(|_| self.limits.is_some())?;
+        Some(Self { quantity: efforts.in_first_substep()?.into(), is_of_model: true, ..self.clone() })
+    }
+
     /// The enforced limits of controls that are numbers: of each control, by index, the lower and the upper limit. Plans
     /// keep these exactly, by bounds of their controls; they are no longer among the limits that are enforced like those
     /// of any quantity.

@@ -214,7 +214,7 @@ impl<M: ModelFile> Model for Equipped<M> {
         let at = &Point { w: &[], ..*at };
         let quantities: Vec<&Quantity> = all().map(|(quantity, _)| quantity).collect();
         let signals = signals_for(&self.model, &quantities, at, next);
-        let known = Known { signals: &signals, next };
+        let known = Known { signals: &signals, next, early: &[] };
         let mut last = Last::default();
         for (recalled, (quantity, entry)) in recalled.iter_mut().zip(all()) {
             *recalled = last.value(quantity, entry, (at, &known));
@@ -229,7 +229,7 @@ impl<M: ModelFile> Model for Equipped<M> {
         let Equipment { kept, added, .. } = &self.equipment;
         let quantities: Vec<&Quantity> = added.iter().filter_map(|(entry, ..)| entry.of_now()).collect();
         let signals = signals_for(&self.model, &quantities, at, &[]);
-        let known = Known { signals: &signals, next: &[] };
+        let known = Known { signals: &signals, ..Known::NONE };
         let (mut last, mut recalled) = (Last::default(), recalled.iter());
         let (first, rest) = y.split_at_mut(kept.len());
         for (y, &row) in first.iter_mut().zip(kept) {

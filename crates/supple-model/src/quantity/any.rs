@@ -30,6 +30,7 @@ trait Kind: Any + Debug + Send + Sync {
     fn needs_signals(&self) -> bool;
     fn needs_next(&self) -> bool;
     fn needs_signals_during(&self) -> bool;
+    fn needs_signals_early(&self) -> bool;
     fn rate_of(&self, entry: usize) -> Option<usize>;
     fn least_targets(&self) -> usize;
     fn needs_target(&self) -> bool;
@@ -65,6 +66,9 @@ impl<Q: Measurable> Kind for Q {
     fn needs_signals_during(&self) -> bool {
         Measurable::needs_signals_during(self)
     }
+    fn needs_signals_early(&self) -> bool {
+        Measurable::needs_signals_early(self)
+    }
     fn rate_of(&self, entry: usize) -> Option<usize> {
         Measurable::rate_of(self, entry)
     }
@@ -96,7 +100,7 @@ fn known<'a, S: Scalar>(inputs: &[&'a [S]]) -> (Point<'a, S>, Known<'a, S>) {
     let input = |place: usize| inputs.get(place).copied().unwrap_or_default();
     let time_step = input(3).first().copied().unwrap_or_else(S::zero);
     let at = Point { x: input(0), u: input(1), phi: input(2), time_step, w: input(4) };
-    (at, Known { signals: input(5), next: input(6) })
+    (at, Known { signals: input(5), next: input(6), early: input(7) })
 }
 
 impl Function for Numbers<'_> {
@@ -144,7 +148,7 @@ impl Quantity {
 
     /// Its numbers at a point.
     pub fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
-        let inputs = [at.x, at.u, at.phi, &[at.time_step], at.w, known.signals, known.next];
+        let inputs = [at.x, at.u, at.phi, &[at.time_step], at.w, known.signals, known.next, known.early];
         call(&Numbers(&*self.0), &inputs, out);
     }
 
@@ -171,6 +175,12 @@ impl Quantity {
     #[must_use]
     pub fn needs_next(&self) -> bool {
         self.0.needs_next() || self.0.needs_signals_during()
+    }
+
+    /// Whether it takes signals of the first sub-step.
+    #[must_use]
+    pub fn needs_signals_early(&self) -> bool {
+        self.0.needs_signals_early()
     }
 
     /// Whether sensors can measure it, at once or one step later: the next state may be part of it only as far as the process

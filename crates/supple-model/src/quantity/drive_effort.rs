@@ -7,7 +7,8 @@ use crate::physics::{EFFORT, Point};
 
 /// Torques or forces that drives exert on what they drive during a step, N m or N. It depends on the control.
 ///
-/// With implicit integration, position and velocity drives act as they do at the end of the step.
+/// With implicit integration, position and velocity drives act as they do at the end of the step; with sub-steps, at the end of
+/// the last one. Limits hold in the first sub-step too, where the effort is greatest after a change of the control.
 ///
 /// As a limit in a task file:
 ///
@@ -22,6 +23,8 @@ pub struct DriveEffort {
     signals: Vec<usize>,
     /// Whether any of them acts at the end of a step.
     at_end: bool,
+    /// Whether this is the effort in the first of several sub-steps.
+    early: bool,
 }
 
 /// Torques or forces of drives, N m or N.
@@ -38,7 +41,12 @@ impl DriveEffort {
     pub(crate) fn of(select: Option<Vec<String>>, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
         let (drives, signals) = vocabulary.selected_drives(select, EFFORT)?;
         let at_end = vocabulary.any_acts_at_end(&drives);
-        Ok(Self { drives, signals, at_end })
+        Ok(Self { drives, signals, at_end, early: false })
+    }
+
+    /// The same in the first of several sub-steps; `None` if no drive acts at their ends.
+    pub(crate) fn in_first_substep(&self) -> Option<Self> {
+        (self.at_end && !self.early).then(|| Self { early: true, ..self.clone() })
     }
 }
 
@@ -61,13 +69,14 @@ impl Measurable for DriveEffort {
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         let channel = |&drive: &usize| {
             let Channel { name, unit } = &vocabulary.drives[drive].channel;
-            Channel::new(format!("effort of {name}"), unit.clone())
+            let when = if self.early { " in the first sub-step" } else { "" };
+            Channel::new(format!("effort of {name}{when}"), unit.clone())
         };
         self.drives.iter().map(channel).collect()
     }
 
     fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {
-        pick(known.signals, &self.signals, out);
+        pick(if self.early { known.early } else { known.signals }, &self.signals, out);
     }
 
     fn depends_on_control(&self) -> bool {
@@ -75,6 +84,10 @@ impl Measurable for DriveEffort {
     }
 
     fn needs_signals_during(&self) -> bool {
-        self.at_end
+        self.at_end && !self.early
+    }
+
+    fn needs_signals_early(&self) -> bool {
+        self.early
     }
 }

@@ -24,7 +24,7 @@
 //! let at: Point<f64> = Point { x: &[0.0, 0.0, 0.77, 0.0, 0.75], u: &[1.0], phi: &[], time_step: 0.02, w: &[] };
 //! let mut signals = [0.0; 2];
 //! model.signal(&at, &mut signals);
-//! let known = Known { signals: &signals, next: &[] };
+//! let known = Known { signals: &signals, ..Known::NONE };
 //! assert!((force.values(&at, &known)[0] - 4.0).abs() < 1e-9);
 //! assert!((depth.values(&at, &known)[0] - 0.02).abs() < 1e-9);
 //! assert_eq!(Quantity::from(Signal::new([0, 1])).values(&at, &known), signals);
@@ -111,11 +111,13 @@ pub struct Known<'a, S> {
     pub signals: &'a [S],
     /// The next state; empty if nothing needs it.
     pub next: &'a [S],
+    /// The model's signals during the first of several sub-steps; empty if nothing needs them.
+    pub early: &'a [S],
 }
 
 impl<S> Known<'_, S> {
     /// No signals and no next state.
-    pub const NONE: Self = Known { signals: &[], next: &[] };
+    pub const NONE: Self = Known { signals: &[], next: &[], early: &[] };
 }
 
 /// What a kind of quantity defines: its numbers.
@@ -185,6 +187,12 @@ pub trait Measurable: Debug + Send + Sync + 'static {
 
     /// Whether it takes signals [during](crate::Model::signal_during) a step, of drives that act at its end.
     fn needs_signals_during(&self) -> bool {
+        false
+    }
+
+    /// Whether it takes signals during the first sub-step of a step, where drives that act at the end of sub-steps exert most
+    /// after a change of their controls.
+    fn needs_signals_early(&self) -> bool {
         false
     }
 

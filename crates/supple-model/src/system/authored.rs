@@ -107,9 +107,13 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// The same with quantities to record along plans.
+    /// The same with quantities to record along plans. With sub-steps, limits of efforts hold in the first one too.
     #[must_use]
-    pub fn following(self, followed: Vec<Followed>) -> Self {
+    pub fn following(self, mut followed: Vec<Followed>) -> Self {
+        if self.substeps > 1 {
+            let early: Vec<Followed> = followed.iter().filter_map(Followed::in_first_substep).collect();
+            followed.extend(early);
+        }
         Self { kept: Kept::of(&followed), followed, ..self }
     }
 

@@ -76,8 +76,20 @@ pub(super) fn values<M: Model, S: Scalar>(
         None => Vec::new(),
     };
     let signals = signals_for(model, quantities, at, &next);
-    let known = Known { signals: &signals, next: &next };
+    let early = signals_early(model, quantities, at);
+    let known = Known { signals: &signals, next: &next, early: &early };
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
+}
+
+/// The signals during the first sub-step if any of these quantities takes such; else empty.
+fn signals_early<M: Model, S: Scalar>(model: &M, quantities: &[&Quantity], at: &Point<S>) -> Vec<S> {
+    if !quantities.iter().any(|quantity| quantity.needs_signals_early()) {
+        return Vec::new();
+    }
+    let at = Point { time_step: of_substep(model, at.time_step), ..*at };
+    let mut signals = vec![S::zero(); model.signals().len()];
+    model.signal_during(&at, &step_solved(model, &at), &mut signals);
+    signals
 }
 
 /// The next state after all sub-steps, solving for their unknowns on the way, with all derivatives.

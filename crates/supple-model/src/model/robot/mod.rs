@@ -160,7 +160,7 @@ impl Model for Robot {
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
         let quantities: Vec<_> = self.sensors.iter().map(|sensor| &sensor.quantity).collect();
         let signals = signals_for(self, &quantities, at, &[]);
-        let known = Known { signals: &signals, next: &[] };
+        let known = Known { signals: &signals, ..Known::NONE };
         let mut rest = y;
         for sensor in &self.sensors {
             let (own, others) = rest.split_at_mut(sensor.quantity.len());

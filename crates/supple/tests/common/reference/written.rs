@@ -137,7 +137,7 @@ pub fn recorded<M: Model>(model: &M, costs: &[Cost], parameters: usize) -> Recor
             model.signal(at, &mut signals);
             let mut sum = Written::zero();
             for cost in costs.iter().filter(|cost| !cost.weights(last).are_zero()) {
-                let values = cost.quantity.values(at, &Known { signals: &signals, next: &[] });
+                let values = cost.quantity.values(at, &Known { signals: &signals, ..Known::NONE });
                 let r = cost.residual(values, at);
                 sum += cost.of_residual(&r, at.phi, last);
             }

@@ -230,7 +230,7 @@ fn wrong_actuators() {
         ),
         (
             drive("elbow]\ngear = 2.0"),
-            "task.toml:4:1: model.drives.elbow: joint `elbow` is not actuated; actuated: `motor`, `servo`, `speed`, `affine`",
+            "task.toml:4:1: model.drives.elbow: joint `elbow` is driven by the actuator `servo`: use `[model.drives.servo]`",
         ),
     ]);
 }

@@ -334,6 +334,57 @@ fn position_drives_keep_their_limits_at_the_ends_of_steps() {
     assert!(relative_error(&shown.values, &torques) < 1e-9, "{:?} {torques:?}", shown.values);
 }
 
+/// With sub-steps, efforts of position drives keep their limits in the first of them too, where a change of the control has
+/// its greatest effect: by steps of a robot whose time step is that of a sub-step.
+#[test]
+fn position_drives_keep_their_limits_in_the_first_sub_step() {
+    let drives = "[model.drives]\nshoulder = { kp = 4000.0, kv = 80.0 }\nelbow = { kp = 4000.0, kv = 80.0 }\n";
+    let costs = cost("joint_position", "target = [0.4, -0.3, 0.1]\nweight = 1e3") + &cost("control", "weight = 1e-3");
+    let plain = Description { steps: 40, ..arm().with(drives).costing(&costs) };
+    let short = Description { time_step: "0.0025".into(), ..plain.clone() }.problem();
+    let mut divided = plain;
+    divided.model.insert_str(0, "substeps = 8\n");
+    let limit = |enforce: bool| {
+        let keys = "kind = \"drive_effort\", select = [\"shoulder\"], lower = -30.0, upper = 30.0";
+        let text = divided.text();
+        let text = text.replace("steps = 40", &format!("limits = [{{ {keys}, enforce = {enforce} }}]\nsteps = 40"));
+        supple_file::parse(&text, "tests/data/task.toml").unwrap()
+    };
+    let (kept, free) = (limit(true), limit(false));
+    let efforts = |problem: &Problem| {
+        let options = EvaluateOptions { trajectories: true, rollouts: 0, ..Default::default() };
+        let task = problem.evaluate(&problem.parameters.initial(), &options).unwrap().tasks.remove(0);
+        assert!(task.status.is_converged(), "{:?}", task.warnings);
+        let trajectory = task.trajectory.unwrap();
+        let place = |name: &str| trajectory.state_names.iter().position(|other| other == name).unwrap();
+        let (q, v) = (place("q.shoulder"), place("v.shoulder"));
+        let control = trajectory.control_names.iter().position(|name| name.ends_with("shoulder")).unwrap();
+        let phi = problem.parameters.initial();
+        let of_step = |step: usize| {
+            let (mut x, u) = (trajectory.states[step].clone(), &trajectory.controls[step]);
+            let of_substep = |_| {
+                x = crate::robot::arm::step(&short, &x, u, &phi);
+                4000.0 * (u[control] - x[q]) - 80.0 * x[v]
+            };
+            (0..8).map(of_substep).collect::<Vec<f64>>()
+        };
+        let all: Vec<Vec<f64>> = (0..trajectory.controls.len()).map(of_step).collect();
+        (all, task.limits_violated, trajectory.quantities)
+    };
+    let most = |all: &[Vec<f64>], place: usize| all.iter().map(|of| of[place].abs()).fold(0.0, f64::max);
+    let (all, violated, shown) = efforts(&kept);
+    let (first, last) = (most(&all, 0), most(&all, 7));
+    assert!(first < 30.0 * (1.0 + 1e-6) && last < 30.0 * (1.0 + 1e-6) && first > 29.9, "{first} {last}");
+    assert!(violated.iter().all(|limit| !limit.name.starts_with("effort of shoulder")), "{violated:?}");
+    let early = shown.iter().find(|quantity| quantity.name == "effort of shoulder in the first sub-step").unwrap();
+    let own: Vec<f64> = all.iter().map(|of| of[0]).collect();
+    assert!(relative_error(&early.values, &own) < 1e-9, "{:?} {own:?}", early.values);
+    // Without, the first sub-step is far beyond the limit, which the last one hides.
+    let (all, violated, _) = efforts(&free);
+    assert!(most(&all, 0) > 60.0, "{}", most(&all, 0));
+    assert!(violated.iter().any(|limit| limit.name == "effort of shoulder in the first sub-step"), "{violated:?}");
+}
+
 #[test]
 fn limits_must_be_known() {
     let drives = "[model.drives.shoulder]\ngear = \"g\"\n[model.drives.elbow]\ngear = \"g\"\n\
