@@ -154,10 +154,9 @@ pub(super) fn plan_anew(
     let (task, minima) = (&problem.tasks[index], &design.minima[index]);
     let mut state = TaskState::new(task);
     // The cheapest branch depends on the noise, but the branches do not.
-    if leaves_minima(problem, task, (phi, varied)) && cheapest_of(problem, task, phi, minima, &mut state).is_ok() {
-        if state.plan.status.is_converged() {
-            return Ok(state);
-        }
+    let keeps = leaves_minima(problem, task, (phi, varied));
+    if keeps && cheapest_of(problem, task, phi, minima, &mut state).is_ok() && state.plan.status.is_converged() {
+        return Ok(state);
     }
     let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
     let controls = &design.states[index].plan.trajectory.controls;
