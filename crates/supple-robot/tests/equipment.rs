@@ -35,7 +35,7 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64]) {
 
 /// Names of the actuators that are kept, each with its place in the file, and those without a name with that of their
 /// joint or their number.
-const KEPT: [(&str, usize); 9] = [
+const KEPT: [(&str, usize); 10] = [
     ("shoulder_motor", 0),
     ("elbow_servo", 1),
     ("elbow_stiff", 2),
@@ -45,6 +45,7 @@ const KEPT: [(&str, usize); 9] = [
     ("inherits", 6),
     ("actuator7", 7),
     ("plain", 8),
+    ("by_ratio", 12),
 ];
 
 fn force(law: Law, u: f64, length: f64, rate: f64) -> f64 {
@@ -122,7 +123,6 @@ fn what_cannot_be_modelled_is_left_out_with_its_reason() {
         "actuator cable, line 31: it acts on a tendon, `cable`; only actuators of joints are supported",
         "actuator integrated, line 32: actuators of kind `intvelocity` are not supported",
         "actuator filtered, line 33: its control is filtered: only actuators whose force follows the control at once are supported",
-        "actuator by_ratio, line 34: `dampratio` is not supported, as it depends on the inertia of the whole robot: give `kv`",
         "actuator follower, line 35: its joint `follower` follows `elbow`: drive that one",
         "sensor geared, line 41: the gear of actuator `shoulder_motor` is not 1: measure its joint",
         "sensor upper_center, line 45: it is about the body's centre of mass and principal axes; `objtype` \"xbody\" or \"site\" is supported",

@@ -1,6 +1,5 @@
 //! Observing and stopping long computations.
 
-use super::StartSummary;
 use crate::Stop;
 
 /// What happens during a long computation.
@@ -109,36 +108,6 @@ pub struct NoObserver;
 
 impl Observer for NoObserver {
     fn observe(&self, _: Event) {}
-}
-
-/// Keeps the designs of combinations of catalogue entries, so that a search that was interrupted does not repeat them.
-/// Called from several threads.
-///
-/// ```
-/// use supple::design::{KeepNone, KeptCombinations};
-///
-/// assert!(KeepNone.find(&[0, 2]).is_none());
-/// ```
-pub trait KeptCombinations: Sync {
-    /// What was kept of the combination with these entries, one per catalogue.
-    fn find(&self, entries: &[usize]) -> Option<StartSummary>;
-
-    /// Keeps the design of a combination.
-    fn keep(&self, entries: &[usize], found: &StartSummary);
-}
-
-/// Keeps nothing.
-///
-/// Example: [`KeptCombinations`].
-#[derive(Clone, Copy, Debug, Default)]
-pub struct KeepNone;
-
-impl KeptCombinations for KeepNone {
-    fn find(&self, _: &[usize]) -> Option<StartSummary> {
-        None
-    }
-
-    fn keep(&self, _: &[usize], _: &StartSummary) {}
 }
 
 /// How a long computation is observed and stopped. `Control::default()` does neither; use `..Control::default()` to set

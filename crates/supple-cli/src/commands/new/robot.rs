@@ -69,13 +69,13 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> 
             writeln!(text, "actuated = [{}]   # the file gives no effort limit for the other joints", names.join(", "));
     }
     let reach = Reach::of(&planning, end, gravity);
-    let tried = |cheaper: f64, slower: f64, keeps: bool| -> Result<(String, Plan), Failure> {
-        let limits = if keeps { reach.limits() } else { String::new() };
+    let tried = |cheaper: f64, slower: f64, keeps: Keeps| -> Result<(String, Plan), Failure> {
+        let limits = if keeps.positions { reach.limits() } else { String::new() };
         let text = format!("{text}{}{limits}", reach.text(cheaper, slower, keeps));
         let plan = reach.planned(&text, path)?;
         Ok((text, plan))
     };
-    let written = |cheaper: f64, slower: f64| tried(cheaper, slower, false);
+    let written = |cheaper: f64, slower: f64| tried(cheaper, slower, Keeps::default());
     let (mut text, mut plan) = written(1.0, 1.0)?;
     let mut weight = 1.0;
     if plan.missed.is_some() {
@@ -98,7 +98,9 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> 
     }
     if plan.missed.is_none() && !plan.exceeded.is_empty() {
         for slower in [1.0].into_iter().chain(SLOWER) {
-            let other = tried(weight, slower, true)?;
+            // Drives without limits have none to keep.
+            let all = tried(weight, slower, Keeps { positions: true, efforts: true });
+            let other = all.or_else(|_| tried(weight, slower, Keeps { positions: true, efforts: false }))?;
             if other.1.missed.is_none() && other.1.exceeded.len() < plan.exceeded.len() {
                 (text, plan) = other;
                 break;
@@ -181,6 +183,13 @@ fn goal(Planning { robot, tree, start, .. }: &Planning) -> Vec<f64> {
     positions.collect()
 }
 
+/// Which limits of the robot a plan keeps.
+#[derive(Clone, Copy, Default)]
+struct Keeps {
+    positions: bool,
+    efforts: bool,
+}
+
 /// The task: where the limb starts, and where it ends.
 struct Reach<'a> {
     planning: &'a Planning,
@@ -239,7 +248,7 @@ impl<'a> Reach<'a> {
 
     /// Sensors, task and costs, with factors on the weight of the control and on the time; and whether the plan keeps limits
     /// of the drives.
-    fn text(&self, cheaper: f64, slower: f64, keeps: bool) -> String {
+    fn text(&self, cheaper: f64, slower: f64, keeps: Keeps) -> String {
         let names: Vec<_> = self.planning.tree.joints().iter().map(|name| format!("{name:?}")).collect();
         let select = names.join(", ");
         let list =
@@ -250,7 +259,7 @@ impl<'a> Reach<'a> {
              [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {TIME_STEP:?}               # s\n",
             (slower * DURATION / TIME_STEP).round(),
         );
-        if keeps {
+        if keeps.efforts {
             text += "enforce_effort_limits = true\n";
         }
         text += "# initial_state is left out: at rest at 0, or at the middle of the range if it excludes 0.\n\

@@ -38,8 +38,10 @@ impl<'a> Reader<'a, '_> {
             let found = self.actuator(at, &joints)?;
             let name = label.map(str::to_owned);
             match found {
-                Ok(actuator) => {
-                    self.actuators.places.push(Some(self.actuators.kept.len()));
+                Ok((actuator, ratio)) => {
+                    let place = self.actuators.kept.len();
+                    self.actuators.places.push(Some(place));
+                    self.actuators.ratios.extend(ratio.map(|ratio| (place, ratio)));
                     self.actuators.kept.push(Actuator { name: name.unwrap_or_default(), ..actuator });
                 }
                 Err(why) => {
@@ -71,12 +73,12 @@ impl<'a> Reader<'a, '_> {
         self.omitted.push(omitted);
     }
 
-    /// An actuator without its name, or why it cannot be modelled.
+    /// An actuator without its name, with its damping ratio if its damping is given by one; or why it cannot be modelled.
     fn actuator(
         &mut self,
         at: Element<'a>,
         joints: &HashMap<String, usize>,
-    ) -> Result<Result<Actuator, String>, FileError> {
+    ) -> Result<Result<(Actuator, Option<f64>), String>, FileError> {
         let tag = at.tag();
         let Some(&tag) = LAWS.iter().find(|law| **law == tag) else {
             return Ok(Err(format!("actuators of kind {} are not supported", shown(tag))));
@@ -112,12 +114,12 @@ impl<'a> Reader<'a, '_> {
         if let Some(leader) = self.leader(joint) {
             return Ok(Err(format!("its joint {} follows {}: drive that one", shown(target), shown(leader))));
         }
-        let law = match numbers.law() {
-            Ok(Law::Motor { gain: 0.0 }) => return Ok(Err("its gain is 0: it exerts no force".to_owned())),
+        let (law, ratio) = match numbers.law() {
+            Ok((Law::Motor { gain: 0.0 }, _)) => return Ok(Err("its gain is 0: it exerts no force".to_owned())),
             Ok(law) => law,
             Err(why) => return Ok(Err(why.to_owned())),
         };
-        Ok(Ok(Actuator { name: String::new(), joint, gear, law, control, force, line: at.line() }))
+        Ok(Ok((Actuator { name: String::new(), joint, gear, law, control, force, line: at.line() }, ratio)))
     }
 
     /// Joints that move, in the order of the file.

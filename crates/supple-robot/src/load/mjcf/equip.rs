@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 
 use super::reader::{Reader, SensorPart, Target};
-use crate::{Actuator, Key, Omitted, Robot, Sensor, Wall};
+use crate::{Actuator, Key, Kinematics, Law, Numbers, Omitted, Robot, Sensor, Tree, Wall, mass_matrix, solve};
 
 /// The equipment of a file, while joints are indexed as in the file.
 pub(super) struct Equipment {
     actuators: Vec<Actuator>,
+    /// Damping ratios by the index of the actuator.
+    ratios: HashMap<usize, f64>,
     sensors: Vec<SensorPart>,
     keys: Vec<Key>,
     walls: Vec<Wall>,
@@ -21,6 +23,7 @@ impl Reader<'_, '_> {
     pub(super) fn equipment(&mut self) -> Equipment {
         Equipment {
             actuators: std::mem::take(&mut self.actuators.kept),
+            ratios: std::mem::take(&mut self.actuators.ratios),
             sensors: std::mem::take(&mut self.sensors),
             keys: std::mem::take(&mut self.keys),
             walls: std::mem::take(&mut self.walls),
@@ -30,6 +33,25 @@ impl Reader<'_, '_> {
     }
 }
 
+/// The inertia against which an effort at each joint alone acts at the reference positions, kg m^2 or kg, as MuJoCo has it:
+/// followers are joints like others, and all are free. 0 for fixed joints, and where nothing has inertia.
+fn inertia_at_reference(robot: &Robot) -> Vec<f64> {
+    let mut free = robot.clone();
+    free.joints.iter_mut().for_each(|joint| joint.mimic = None);
+    let (tree, numbers) = (Tree::new(&free), Numbers::of(&free, [0.0; 3]));
+    let joints = tree.joint_indices();
+    let positions: Vec<f64> = joints.iter().map(|&joint| free.joints[joint].reference).collect();
+    let mass = mass_matrix(&tree, &numbers, &Kinematics::at_rest(&tree, &numbers, &positions));
+    let mut inertia = vec![0.0; robot.joints.len()];
+    for (dof, &joint) in joints.iter().enumerate() {
+        let mut effort = vec![0.0; joints.len()];
+        effort[dof] = 1.0;
+        let against = 1.0 / solve(mass.clone(), &effort)[dof];
+        inertia[joint] = if against.is_finite() { against.max(0.0) } else { 0.0 };
+    }
+    inertia
+}
+
 impl Equipment {
     /// Adds it to the assembled robot. References to things that the robot lacks are dropped.
     pub(super) fn add_to(self, robot: &mut Robot) {
@@ -37,8 +59,22 @@ impl Equipment {
             robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();
         let places: Vec<_> = self.joints.iter().map(|name| by_name.get(name.as_str()).copied()).collect();
         let place = |joint: usize| places.get(joint).copied().flatten();
-        let actuators = self.actuators.into_iter();
-        let actuators = actuators.filter_map(|part| Some(Actuator { joint: place(part.joint)?, ..part })).collect();
+        let inertia = if self.ratios.is_empty() { Vec::new() } else { inertia_at_reference(robot) };
+        let ratios = &self.ratios;
+        let actuators = self.actuators.into_iter().enumerate().filter_map(|(index, part)| {
+            let joint = place(part.joint)?;
+            let damped = |kp: f64| {
+                let ratio = ratios.get(&index)?;
+                Some(2.0 * ratio * (kp * inertia[joint]).sqrt() / part.gear.abs())
+            };
+            let law = match part.law {
+                Law::Position { kp, kv } => Law::Position { kp, kv: damped(kp).unwrap_or(kv) },
+                Law::Affine { gain, offset, kp, kv } => Law::Affine { gain, offset, kp, kv: damped(kp).unwrap_or(kv) },
+                law => law,
+            };
+            Some(Actuator { joint, law, ..part })
+        });
+        let actuators = actuators.collect();
 
         let links: HashMap<_, _> = robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
         let frames = robot.frames.iter().enumerate().map(|(i, frame)| (frame.name.as_str(), robot.links.len() + i));

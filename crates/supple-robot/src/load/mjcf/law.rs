@@ -116,8 +116,8 @@ impl Numbers {
         self.kind = kind;
     }
 
-    /// The law, or why it cannot be modelled.
-    pub(super) fn law(&self) -> Result<Law, &'static str> {
+    /// The law and, where its damping is given by a ratio, without damping and with this ratio; or why it cannot be modelled.
+    pub(super) fn law(&self) -> Result<(Law, Option<f64>), &'static str> {
         if !self.direct {
             return Err(
                 "its control is filtered: only actuators whose force follows the control at once are supported",
@@ -131,11 +131,11 @@ impl Numbers {
             Bias::Affine => self.bias,
             Bias::Other => return Err("its bias is neither `none` nor `affine`"),
         };
-        if rate > 0.0 && slope == -self.gain && self.gain != 0.0 {
-            return Err("`dampratio` is not supported, as it depends on the inertia of the whole robot: give `kv`");
-        }
+        // A positive number of a position servo is a ratio, whichever kind of element gives it.
+        let ratio = Some(rate).filter(|rate| *rate > 0.0 && slope == -self.gain && self.gain != 0.0);
+        let rate = if ratio.is_some() { 0.0 } else { rate };
         // Avoids negative zero.
-        Ok(Law::new(self.gain, offset, 0.0 - slope, 0.0 - rate))
+        Ok((Law::new(self.gain, offset, 0.0 - slope, 0.0 - rate), ratio))
     }
 }
 

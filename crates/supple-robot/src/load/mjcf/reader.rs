@@ -52,6 +52,8 @@ pub(super) type Placed<'a> = (Element<'a>, Pose, usize);
 pub(super) struct Actuators<'a> {
     /// Those that are modelled; joints by their index in the file.
     pub(super) kept: Vec<Actuator>,
+    /// Damping ratios of those whose damping follows from the robot's inertia, by their index.
+    pub(super) ratios: HashMap<usize, f64>,
     /// For every actuator in the file, its index among the supported ones.
     pub(super) places: Vec<Option<usize>>,
     /// Place of each by the name that it has in the file.
