@@ -108,8 +108,8 @@ def test_a_batch_of_500_knots_is_one_call() -> None:
     counting.calls.clear()
     counted.evaluate(gradient="total", trajectories=False)
     contractions = [(name, size) for name, size in counting.calls if name.startswith("contract_dynamics")]
-    # Information, and the three parts of the cost that are no envelope's.
-    assert contractions == [("contract_dynamics", 500)] * 4
+    # Measured, used and needed information, and the three parts of the cost that are no envelope's.
+    assert contractions == [("contract_dynamics", 500)] * 6
 
 
 def test_little_is_compiled_and_nothing_twice() -> None:
