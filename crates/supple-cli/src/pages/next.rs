@@ -63,7 +63,7 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
             let (same, worse) = report.agreement();
             let (blind, doubtful) = (met_blindly(report), doubtful(optimum));
             let is_optimum = !matches!(report.status, DesignStatus::NotConverged | DesignStatus::NotOptimal);
-            if let Some(left) = left_in_rollouts(optimum).filter(|_| is_optimum && doubtful.is_none()) {
+            if let Some(left) = left_in_rollouts(optimum).filter(|_| is_optimum) {
                 return left;
             }
             match (report.status, at_bounds.is_empty()) {

@@ -340,7 +340,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
     }
     html! {
         (table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows))
-        @for text in trusted(report) { p { (text) } }
+        @for text in trusted(report) { p { (with_code(&text)) } }
         (changes(&report.split))
     }
 }
@@ -476,6 +476,6 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)], title: &str) -> M
     html! {
         p.result { (best_of(part, evaluations)) }
         (table(title, &head, &rows))
-        @for text in trusted { p { (text) } }
+        @for text in trusted { p { (with_code(&text)) } }
     }
 }
