@@ -205,27 +205,24 @@ fn gradient_tables(task: &TaskEvaluation) -> String {
     let mut page = String::new();
     let Some(gradient) = &task.gradient else { return page };
     if let Some(total) = &gradient.total {
-        let mut rows = table(&[
-            "total gradient",
-            "information, nats",
-            "expected cost",
-            "nominal",
-            "estimation error",
-            "process noise",
-            "initial uncertainty",
-        ]);
-        for (index, (name, value)) in total.information_nats.0.iter().enumerate() {
-            let parts = [
-                &total.expected_cost,
-                &total.nominal_cost,
-                &total.belief_cost,
-                &total.process_cost,
-                &total.initial_cost,
-            ];
-            let parts = parts.iter().map(|part| format!("{:.4e}", part.0[index].1));
-            rows.add_row([name.clone(), format!("{value:.4e}")].into_iter().chain(parts));
+        let columns = [
+            ("needed, nats", total.needed_nats.as_ref()),
+            ("used, nats", total.used_nats.as_ref()),
+            ("measured, nats", Some(&total.information_nats)),
+            ("expected cost", Some(&total.expected_cost)),
+            ("nominal", Some(&total.nominal_cost)),
+            ("estimation error", Some(&total.belief_cost)),
+            ("process noise", Some(&total.process_cost)),
+            ("initial uncertainty", Some(&total.initial_cost)),
+        ];
+        let known: Vec<_> = columns.into_iter().filter_map(|(what, of)| Some((what, of?))).collect();
+        let head: Vec<&str> = ["total gradient"].into_iter().chain(known.iter().map(|(what, _)| *what)).collect();
+        let mut rows = table(&head);
+        for (index, (name, _)) in total.information_nats.0.iter().enumerate() {
+            let values = known.iter().map(|(_, of)| format!("{:.4e}", of.0[index].1));
+            rows.add_row([name.clone()].into_iter().chain(values));
         }
-        align_right(&mut rows, 1..7);
+        align_right(&mut rows, 1..head.len());
         let note = if total.valid { "" } else { "These gradients are not valid: the plan is not stationary enough.\n" };
         let _ = writeln!(page, "{rows}\n{note}");
     }
