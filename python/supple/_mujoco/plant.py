@@ -83,11 +83,12 @@ class Plant:
         self._columns = [robot.controls.index(single.actuator(i).name) for i in range(single.nu)]
         self._dofs = {name: self._file_joints[robot.row[name]] for name in robot.joints}
         self._dofs |= dict(zip(robot.motors, self._motors, strict=True))
-        # Drives are called after their joints, or after the actuators of the file.
-        names = {single.joint(int(single.actuator_trnid[i, 0])).name: single.actuator(i).name for i in range(single.nu)}
-        moves = {name.partition(".")[2]: joint.removeprefix("motor ") for joint, name in names.items()}
-        self._moved = {name: name for name in self._dofs} | {
-            name: joint for name, joint in moves.items() if joint in self._dofs
+        # Drives are called after their joints, or after the actuators of the file; what several of them exert together on a
+        # joint is the effort of none.
+        joints = [single.joint(int(single.actuator_trnid[i, 0])).name.removeprefix("motor ") for i in range(single.nu)]
+        drives = {single.actuator(i).name.partition(".")[2]: joint for i, joint in enumerate(joints)}
+        self._moved = {
+            name: joint for name, joint in drives.items() if joints.count(joint) == 1 and joint in self._dofs
         }
         self._recalled = [self._recalling(name) for name in robot.states if name.startswith("last.")]
         self._walls = [int(single.body_mocapid[single.body(f"wall {name}").id]) for name in self._own_walls()]

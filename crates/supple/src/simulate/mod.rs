@@ -135,7 +135,7 @@ impl<'a> LoopSetting<'a> {
     ) {
         let Truth { system, phi, motion } = self.truth;
         let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
-        let parts = if let Motion::InParts(parts) = motion { parts } else { 1 };
+        let parts = motion.parts();
         // What depends on the next state is that of the plant's own, shorter steps.
         let steps = if parts == 1 { 1 } else { parts * system.substeps().unwrap_or(1) };
         let mut look = |states: &Matrices, scratch: &mut Scratch| {
@@ -163,9 +163,8 @@ impl<'a> LoopSetting<'a> {
     /// The limits of roll-outs with these outcomes; none if they were not looked at.
     pub fn limits(&self, outcomes: &[Outcome]) -> Vec<LimitShare> {
         let Some(watch) = self.watch else { return Vec::new() };
-        let parts = if let Motion::InParts(parts) = self.truth.motion { parts } else { 1 };
         let reached: Vec<&[Reach]> = outcomes.iter().map(|outcome| &outcome.limits[..]).collect();
-        watch.shares(&reached, self.task.steps * parts + 1)
+        watch.shares(&reached, self.task.steps * self.truth.motion.parts() + 1)
     }
 }
 

@@ -35,6 +35,13 @@ pub(crate) enum Motion<'a> {
     Plant(Plant<'a>),
 }
 
+impl Motion<'_> {
+    /// In how many parts each step is taken.
+    pub fn parts(self) -> usize {
+        if let Self::InParts(parts) = self { parts } else { 1 }
+    }
+}
+
 impl<'a> Truth<'a> {
     /// The task's own system.
     pub fn of(task: &'a Task, phi: &'a [f64]) -> Self {

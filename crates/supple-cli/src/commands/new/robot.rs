@@ -128,8 +128,8 @@ pub fn warn_of_still(planning: &Planning) {
     }
 }
 
-/// The limb with the most driven joints, of up to [`MOST_JOINTS`] in all, other joints locked where there are more than that, and the
-/// name of the link at its end.
+/// The limb with the most driven joints, of up to [`MOST_JOINTS`] in all, other joints locked where there are more than that,
+/// and the name of the link at its end.
 fn limb(whole: &Planning) -> (Planning, String) {
     let (tree, robot) = (&whole.tree, &whole.robot);
     let joints_to = |link: usize| {
@@ -339,8 +339,9 @@ impl<'a> Reach<'a> {
                 "the plan ends {off} m from its target, which is {way} m away: increase `final_weight` of `frame_point`, or `steps`"
             )
         });
-        let exceeded = exceeded(task).into_iter();
-        let exceeded = exceeded.map(|what| format!("{what}; choose a nearer `target`, increase `steps`, or let the plan keep it: `enforce_effort_limits`, or a limit with `enforce = true`")).collect();
+        let advice = "choose a nearer `target`, increase `steps`, or let the plan keep it: `enforce_effort_limits`, or a limit \
+                      with `enforce = true`";
+        let exceeded = exceeded(task).into_iter().map(|what| format!("{what}; {advice}")).collect();
         Ok(Plan { missed, exceeded })
     }
 }
