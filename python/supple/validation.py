@@ -59,7 +59,9 @@ class TaskValidation(Record):
         predicted_bits: The information that supple predicts, bits.
         predicted_contacts: Whether the plan touches each contact, by name.
         supple: Roll-outs on supple's own model.
-        mujoco: Roll-outs on MuJoCo.
+        mujoco: Roll-outs on MuJoCo, where stops and ranges of the robot stop nothing, as in supple.
+        stopped: The same with the robot's stops of joints, and its ranges of controls and efforts; ``None`` if no roll-out
+            on MuJoCo reaches any of them.
         cost_difference: Mean cost on MuJoCo minus mean cost on supple's model, roll-out by roll-out.
         cost_difference_interval_95: 95 % confidence interval of its expectation, (2,).
         mujoco_steps: MuJoCo steps in each time step of the task.
@@ -76,6 +78,7 @@ class TaskValidation(Record):
     predicted_contacts: dict[str, bool]
     supple: SampledLoop
     mujoco: SampledLoop
+    stopped: SampledLoop | None
     cost_difference: float
     cost_difference_interval_95: Array
     mujoco_steps: int
@@ -162,7 +165,8 @@ def _beyond(limit: LimitShare) -> str:
 
 
 def _loops(task: TaskValidation) -> dict[str, SampledLoop]:
-    return {"supple": task.supple, "MuJoCo": task.mujoco}
+    loops = {"supple": task.supple, "MuJoCo": task.mujoco}
+    return loops if task.stopped is None else {**loops, "MuJoCo with stops and ranges": task.stopped}
 
 
 def _span(interval: Array) -> str:

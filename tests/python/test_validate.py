@@ -227,23 +227,23 @@ def loop(cost: float, interval: tuple[float, float]) -> supple.validation.Sample
 def test_a_cost_of_many_times_the_predicted_one_is_broken_whatever_its_interval() -> None:
     """Ten roll-outs with a heavy tail: the interval reaches down to what was predicted."""
     moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
-    few = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(28.0, (-5.0, 61.0)), "q", moves, None)
+    few = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), [(loop(28.0, (-5.0, 61.0)), "q")], moves, None)
     assert few.broken and "28 instead of the predicted 1" in few.words and few.words.endswith("the steps")
     # Supple's own roll-outs are as far off: no step of MuJoCo is the cause.
-    alike = conclude((1.0, 10.0), None, loop(14.0, (0.5, 28.0)), loop(28.0, (-5.0, 61.0)), "q", moves, None)
+    alike = conclude((1.0, 10.0), None, loop(14.0, (0.5, 28.0)), [(loop(28.0, (-5.0, 61.0)), "q")], moves, None)
     assert alike.broken and "supple's own roll-outs are not as predicted either" in alike.words
-    less = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), loop(3.0, (0.5, 5.5)), "q", moves, None)
+    less = conclude((1.0, 10.0), None, loop(1.0, (0.9, 1.1)), [(loop(3.0, (0.5, 5.5)), "q")], moves, None)
     assert not less.broken and less.words == "the design holds on MuJoCo as predicted"
 
 
 def test_cost_limits_count_on_mujoco() -> None:
     moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
     own, judge = loop(12.0, (11.9, 12.1)), (12.5, 10.0)
-    beyond = conclude(judge, 13.0, own, loop(14.8, (14.5, 15.1)), "q", moves, None)
+    beyond = conclude(judge, 13.0, own, [(loop(14.8, (14.5, 15.1)), "q")], moves, None)
     assert beyond.broken and "14.8 instead of the predicted 12.5, above the limit of 13" in beyond.words
-    within = conclude(judge, 15.0, own, loop(14.8, (14.5, 15.1)), "q", moves, None)
+    within = conclude(judge, 15.0, own, [(loop(14.8, (14.5, 15.1)), "q")], moves, None)
     assert not within.broken and within.words.startswith("the design is in doubt on MuJoCo")
-    little = conclude(judge, 12.5, own, loop(12.8, (12.7, 12.9)), "q", moves, None)
+    little = conclude(judge, 12.5, own, [(loop(12.8, (12.7, 12.9)), "q")], moves, None)
     assert not little.broken and little.words == (
         "the design holds on MuJoCo as predicted; its cost there, 12.7 to 12.9, is above the limit of 12.5, by 2.4%"
     )
@@ -322,3 +322,99 @@ def test_the_documentation_has_these_numbers(wiping: supple.validation.Validatio
             assert abs(loop.realised_bits - bits) <= half + 0.5 * np.ptp(loop.realised_bits_interval_95)
             assert loop.consistency is not None
             assert loop.consistency.mean == pytest.approx(float(row[7].split(" ± ")[0]), rel=0.15)
+
+
+STOPPED = """
+<mujoco model="arm"><compiler angle="radian"/><option timestep="0.0005" integrator="implicitfast"/>
+<worldbody><body name="upper"><joint name="shoulder" axis="0 1 0" damping="0.3" range="-2 2" limited="true"/>
+<inertial pos=".15 0 0" mass="1.5" diaginertia=".001 .012 .012"/>
+<body name="fore" pos=".3 0 0"><joint name="elbow" axis="0 1 0" damping="0.2" range="-0.4 0.4" limited="true"
+solreflimit="0.01 1"/><inertial pos=".12 0 0" mass=".8" diaginertia=".0005 .005 .005"/><site name="tip" pos=".25 0 0"/>
+</body></body></worldbody>
+<actuator><motor name="s" joint="shoulder" ctrlrange="-9 9" ctrllimited="true"/>
+<position name="e" joint="elbow" kp="30" kv="2" forcerange="-4 4" forcelimited="true"/></actuator></mujoco>"""
+
+REACH = """
+model = { kind = "robot", file = "arm.xml", sensors = [{ kind = "joint_position", variance = 1e-4 }], substeps = 8 }
+
+[[tasks]]
+name = "reach"
+steps = 100
+time_step = 0.01
+
+[tasks.noise]
+initial = { "q.*" = 1e-4, "v.*" = 1e-4 }
+process = { "q.*" = 1e-8, "v.*" = 1e-4 }
+
+[[tasks.costs]]
+kind = "frame_point"
+frame = "tip"
+target = [0.25, 0.0, 0.4]
+weight = 20.0
+final_weight = 4000.0
+
+[[tasks.costs]]
+kind = "joint_velocity"
+weight = 0.05
+
+[[tasks.costs]]
+kind = "control"
+weight = 1e-3
+"""
+
+
+@pytest.mark.parametrize("excess", ["all", "none"])
+def test_stops_and_ranges_hold_where_rollouts_exceed_them(tmp_path: Path, excess: str) -> None:
+    """A plan that bends an elbow to 1 rad whose stop is at .4, with 59 N m of a drive of 9, holds on a robot without stops."""
+    robot, text = STOPPED, REACH
+    if excess == "none":
+        robot = robot.replace("-0.4 0.4", "-2 2").replace("-9 9", "-99 99").replace("-4 4", "-40 40")
+    (tmp_path / "arm.xml").write_text(robot)
+    (tmp_path / "task.toml").write_text(text)
+    found = supple.mujoco.validate(supple.load(tmp_path / "task.toml"), rollouts=20)
+    one = found.tasks["reach"]
+    assert one.mujoco.cost_mean == pytest.approx(one.predicted_cost, rel=0.05)
+    if excess == "none":
+        assert one.stopped is None and not one.broken and "holds" in one.conclusion
+        return
+    assert one.stopped is not None and one.stopped.cost_mean > 3.0 * one.mujoco.cost_mean
+    assert one.broken and one.stopped.ends_well == 0.0
+    assert f"the cost on MuJoCo with its stops and ranges is {one.stopped.cost_mean:.4g}" in one.conclusion
+    # What is commanded is cut; the stop gives way by a little.
+    elbow = next(
+        limit for limit in one.stopped.limits if limit.name == "position of joint `elbow`" and not limit.upper
+    )
+    assert -0.45 < elbow.worst < -0.4 and not any("control" in limit.name for limit in one.stopped.limits)
+    assert "with stops and ranges" in repr(found)
+
+
+def test_a_robot_with_stops_is_that_of_its_file(tmp_path: Path) -> None:
+    """Step by step: the stops, ranges and softness that MuJoCo itself reads."""
+    import mujoco
+
+    from supple._mujoco.plant import Plant
+    from supple._mujoco.validation import _stops, _trial
+
+    (tmp_path / "arm.xml").write_text(STOPPED)
+    (tmp_path / "task.toml").write_text(REACH)
+    task = supple.load(tmp_path / "task.toml")
+    trial = _trial(task._native, "reach", (task.linearise(), 8), False, {}, 20)
+    stops = _stops(task._native, "reach")
+    assert {name: ends for name, (_, ends) in stops.items() if "sub-step" not in name} == {
+        "q.shoulder": (-2.0, 2.0),
+        "q.elbow": (-0.4, 0.4),
+        "ctrl.s": (-9.0, 9.0),
+        "effort of e": (-4.0, 4.0),
+    }
+    plant = Plant(trial.with_stops(stops), 1, 0.01, 20)
+    model = mujoco.MjModel.from_xml_string(STOPPED)
+    model.opt.tolerance, model.opt.iterations = 1e-12, 100
+    data = mujoco.MjData(model)
+    x = np.zeros((1, 4))
+    for step in range(60):
+        u = np.array([[12.0 * np.sin(0.2 * step), -1.5]])
+        x = plant.step(x, u)
+        data.ctrl[:] = u[0]
+        mujoco.mj_step(model, data, 20)
+        assert np.allclose(x[0], [*data.qpos, *data.qvel], rtol=1e-6, atol=1e-7), step
+    assert data.qpos[1] < -0.4, "the elbow rests on its stop"

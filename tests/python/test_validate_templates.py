@@ -48,11 +48,11 @@ def errors_of_steps(task: supple.Task) -> tuple[float, float]:
     """Of velocities in open loop by supple with 32 and 64 sub-steps, relative to MuJoCo with shorter and shorter steps."""
     (name,) = task.tasks
     plan = task.linearise(task=name)
-    robot, _, trial, _ = _trial(task._native, name, (plan, 1), False, {})
-    controls, count = plan.controls[:STEPS], (plan.states.shape[1] - trial.constants) // 2
+    trial = _trial(task._native, name, (plan, 1), False, {})
+    controls, count = plan.controls[:STEPS], (plan.states.shape[1] - trial.plant.constants) // 2
 
     def by_mujoco(substeps: int) -> NDArray[np.float64]:
-        plant, states = Plant(robot, 1, plan.time_step, substeps), [plan.states[:1]]
+        plant, states = Plant(trial.robot, 1, plan.time_step, substeps), [plan.states[:1]]
         for control in controls:
             states.append(plant.step(states[-1], control[None]))
         return np.concatenate(states)[:, count : 2 * count]

@@ -197,6 +197,25 @@ impl FollowedNumber {
     pub fn is_limited(&self) -> bool {
         self.limits.iter().any(|limit| limit.is_finite())
     }
+
+    /// Whether it is recorded because the model limits it.
+    ///
+    /// ```
+    /// use supple_model::Channel;
+    /// use supple_model::followed::FollowedNumber;
+    ///
+    /// let channel = Channel::new("effort of `elbow`", "N m");
+    /// let of = FollowedNumber::OF_MODEL.to_owned();
+    /// let effort = FollowedNumber { channel, of, target: None, limits: [-40.0, 40.0], depends_on_control: true };
+    /// assert!(effort.is_of_model() && effort.is_limited());
+    /// ```
+    #[must_use]
+    pub fn is_of_model(&self) -> bool {
+        self.of == Self::OF_MODEL
+    }
+
+    /// The origin of numbers that the model limits.
+    pub const OF_MODEL: &'static str = "robot";
 }
 
 const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
@@ -226,7 +245,7 @@ pub fn numbers(costs: &[Cost], followed: &[Followed], vocabulary: &Vocabulary, p
     for Followed { quantity, limits, is_of_model, .. } in followed {
         let (count, what) = if limits.is_some() { (&mut counts[0], "limit") } else { (&mut counts[1], "curve") };
         let of = if *is_of_model {
-            "robot".to_owned()
+            FollowedNumber::OF_MODEL.to_owned()
         } else {
             *count += 1;
             format!("{what} {count}")

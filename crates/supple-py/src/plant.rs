@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use supple::simulate::Rollouts;
-use supple::{Channels, Error, Matrices};
+use supple::{Channels, Error, Limited, Matrices};
 use supple::{Elsewhere, Names, Other};
 use supple_study::{LoadedTask, Source};
 
@@ -149,6 +149,27 @@ pub fn number(task: &LoadedTask, text: &str) -> Result<f64, String> {
 /// Where there is no such task.
 pub fn channels(task: &LoadedTask, name: &str) -> Result<Channels, Error> {
     Ok(task.problem.task(name)?.system.channels())
+}
+
+/// Limits of a task's robot: the names of the limit in reports and of the state, control or effort, and the ends.
+///
+/// # Errors
+/// Where there is no such task.
+pub fn robot_limits(task: &LoadedTask, name: &str) -> Result<Vec<(String, String, f64, f64)>, Error> {
+    let system = &*task.problem.task(name)?.system;
+    let channels = system.channels();
+    let own = system.limits().into_iter().filter_map(|limit| {
+        let channel = match limit.of {
+            Limited::State(index) => channels.states.get(index),
+            Limited::Control(index) => channels.controls.get(index),
+        };
+        channel.map(|channel| (limit.name, channel.name.clone(), limit.lower, limit.upper))
+    });
+    let efforts = system.followed(&task.phi).into_iter().filter(|number| number.is_of_model()).map(|number| {
+        let name = number.channel.name;
+        (name.clone(), name, number.limits[0], number.limits[1])
+    });
+    Ok(own.chain(efforts).collect())
 }
 
 fn table(py: Python<'_>, task: &LoadedTask) -> PyResult<toml::Table> {

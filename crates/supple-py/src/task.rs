@@ -193,6 +193,11 @@ impl NativeTask {
         to_python(py, &plant::channels(&self.task, task).map_err(|error| errors::of_compute(py, &error))?)
     }
 
+    /// Limits of the robot: their names in reports, those of the state, control or effort, and the ends.
+    fn robot_limits(&self, py: Python<'_>, task: &str) -> PyResult<Vec<(String, String, f64, f64)>> {
+        plant::robot_limits(&self.task, task).map_err(|error| errors::of_compute(py, &error))
+    }
+
     /// The number that a text in its place means: the name of a parameter, or an expression of parameters.
     fn number(&self, py: Python<'_>, text: &str) -> PyResult<f64> {
         plant::number(&self.task, text).map_err(|error| errors::usage(py, &error))

@@ -35,7 +35,7 @@ class Bodies:
     All numbers are MuJoCo's own, in rad and m, and poses are those of bodies in their parents.
 
     Attributes:
-        spec: The model.
+        spec: The model. Its joints have no stops, but how soft these are in the file.
         inertias: Principal moments of bodies whose own are impossible, which MuJoCo refuses, in the axes of the body's
             inertia; the model has the mean of them in their place.
     """
@@ -305,6 +305,7 @@ def _body(
         dof, at = mj.jnt_dofadr[joint], mj.jnt_qposadr[joint]
         own.ref, own.springref = mj.qpos0[at], mj.qpos_spring[at]
         own.armature, own.frictionloss = mj.dof_armature[dof], mj.dof_frictionloss[dof]
+        own.solref_limit, own.solimp_limit = mj.jnt_solref[joint], mj.jnt_solimp[joint]
         for key, value in (("stiffness", mj.jnt_stiffness[joint]), ("damping", mj.dof_damping[dof])):
             set_linear(own, key, float(value))
     return body

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -185,8 +185,7 @@ def conclude(
     predicted: tuple[float, float],
     limit: float | None,
     own: SampledLoop,
-    plant: SampledLoop,
-    furthest: str,
+    on_mujoco: Sequence[tuple[SampledLoop, str]],
     moves: Moves,
     left: LimitShare | None,
 ) -> Conclusion:
@@ -196,40 +195,26 @@ def conclude(
         predicted: Cost and bits.
         limit: Cost limit of the task.
         own: Roll-outs on supple's own model.
-        plant: Roll-outs on MuJoCo.
-        furthest: The state that ends furthest from the plan on MuJoCo.
+        on_mujoco: Roll-outs on MuJoCo, and the state that ends furthest from the plan there; then, if any of them reaches a
+            stop or a range of the robot, those where these hold.
         moves: Single steps of both.
         left: The limit that the plan keeps and MuJoCo's roll-outs are furthest beyond, if any is.
     """
-    cost, bits = predicted
-    doubts = []
-    broken = plant.diverged > 0
-    if plant.diverged:
-        doubts.append(f"{plant.diverged} roll-outs on MuJoCo diverge")
-    if plant.consistency is not None and plant.consistency.mean > DOUBTFUL:
-        many = plant.consistency.mean
-        broken = broken or many > BROKEN
-        doubts.append(f"the filter's consistency on MuJoCo is {many:.3g} instead of 1")
-    if plant.realised_bits is not None and plant.realised_bits > MORE_BITS * max(bits, 1.0):
-        doubts.append(f"MuJoCo's roll-outs measure {plant.realised_bits:.4g} bits instead of the predicted {bits:.4g}")
+    (plant, furthest), *with_stops = on_mujoco
+    cost = predicted[0]
     dearer = plant.cost_mean - cost
-    many_times = dearer > MUCH_DEARER * abs(cost)
-    # Designs are at their limits: their roll-outs are above it half of the time.
-    exceeds = limit is not None and cost <= limit * (1.0 + AT_LIMIT) and bool(plant.cost_interval_95[0] > limit)
-    if np.isfinite(dearer) and (many_times or dearer > DEARER * abs(cost) and plant.cost_interval_95[0] > cost):
-        broken = broken or many_times or exceeds
-        above = f", above the limit of {limit:.4g}" if exceeds else ""
-        doubts.append(f"the cost on MuJoCo is {plant.cost_mean:.4g} instead of the predicted {cost:.4g}{above}")
-    if plant.ends_well < (1.0 - FEWER_END_WELL) * own.ends_well:
-        doubts.append(
-            f"only {plant.ends_well:.0%} of the roll-outs on MuJoCo end where the plan does (furthest: `{furthest}`)"
-        )
-    ranges = _ranges(plant)
+    doubts, broken = _findings(predicted, limit, own, plant, ("on MuJoCo", furthest))
+    ranges, breaks = _ranges(plant), False
+    if with_stops:
+        stopped, furthest = with_stops[0]
+        held, breaks = _findings(predicted, limit, own, stopped, ("on MuJoCo with its stops and ranges", furthest))
+        ranges = "; ".join([*([ranges] if ranges else []), *held])
+    verdict = f"the design is {'broken' if broken or breaks else 'in doubt'} on MuJoCo"
     if not doubts and ranges:
-        return Conclusion(f"the design is in doubt on MuJoCo: {ranges}{_beyond(left)}", False)
+        return Conclusion(f"{verdict}: {ranges}{_beyond(left)}", breaks)
     if not doubts:
         words = "the design holds on MuJoCo as predicted"
-        if limit is not None and exceeds:
+        if limit is not None and _exceeds(limit, cost, plant):
             low, high = plant.cost_interval_95
             share = plant.cost_mean / limit - 1.0
             words += f"; its cost there, {low:.4g} to {high:.4g}, is above the limit of {limit:.4g}, by {share:.1%}"
@@ -241,12 +226,49 @@ def conclude(
     else:
         excess = float("inf") if plant.consistency is None else plant.consistency.mean - 1.0
         why = moves.cause(excess)
-    verdict = "the design is broken on MuJoCo" if broken else "the design is in doubt on MuJoCo"
-    return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}{ranges and '; ' + ranges}{_beyond(left)}", broken)
+    words = "; ".join([*doubts, why, *([ranges] if ranges else [])])
+    return Conclusion(f"{verdict}: {words}{_beyond(left)}", broken or breaks)
+
+
+def _findings(
+    predicted: tuple[float, float], limit: float | None, own: SampledLoop, loop: SampledLoop, at: tuple[str, str]
+) -> tuple[list[str], bool]:
+    """What differs from the prediction in roll-outs on MuJoCo, and whether the design is broken there; ``at`` is where that is,
+    in words, and the state that ends furthest from the plan."""
+    cost, bits = predicted
+    where, furthest = at
+    doubts = []
+    broken = loop.diverged > 0
+    if loop.diverged:
+        doubts.append(f"{loop.diverged} roll-outs {where} diverge")
+    if loop.consistency is not None and loop.consistency.mean > DOUBTFUL:
+        many = loop.consistency.mean
+        broken = broken or many > BROKEN
+        doubts.append(f"the filter's consistency {where} is {many:.3g} instead of 1")
+    if loop.realised_bits is not None and loop.realised_bits > MORE_BITS * max(bits, 1.0):
+        doubts.append(f"roll-outs {where} measure {loop.realised_bits:.4g} bits instead of the predicted {bits:.4g}")
+    dearer = loop.cost_mean - cost
+    many_times = dearer > MUCH_DEARER * abs(cost)
+    exceeds = _exceeds(limit, cost, loop)
+    if np.isfinite(dearer) and (many_times or dearer > DEARER * abs(cost) and loop.cost_interval_95[0] > cost):
+        broken = broken or many_times or exceeds
+        above = f", above the limit of {limit:.4g}" if exceeds else ""
+        doubts.append(f"the cost {where} is {loop.cost_mean:.4g} instead of the predicted {cost:.4g}{above}")
+    if loop.ends_well < (1.0 - FEWER_END_WELL) * own.ends_well:
+        doubts.append(
+            f"only {loop.ends_well:.0%} of the roll-outs {where} end where the plan does (furthest: `{furthest}`)"
+        )
+    return doubts, broken
+
+
+def _exceeds(limit: float | None, cost: float, loop: SampledLoop) -> bool:
+    """Whether roll-outs exceed a cost limit that the predicted cost keeps: by what is significant, as designs are at their
+    limits, so that half of their roll-outs are above it."""
+    return limit is not None and cost <= limit * (1.0 + AT_LIMIT) and bool(loop.cost_interval_95[0] > limit)
 
 
 def _ranges(plant: SampledLoop) -> str:
-    """What leaves its limits in the plan and on MuJoCo, which does not know them either; empty if nothing does."""
+    """What leaves its limits in the plan and on MuJoCo where nothing stops it; empty if nothing does."""
     left = [limit for limit in plant.limits if limit.share > 0.5 and _excess(limit, limit.planned) > AT_RANGE]
     if not left:
         return ""
@@ -256,7 +278,7 @@ def _ranges(plant: SampledLoop) -> str:
         len(left) - 1, f", and {len(left) - 1} limits more are exceeded"
     )
     return (
-        f"the plan exceeds limits, which stop nothing on this MuJoCo robot but may stop the real one: {worst.name} reaches "
+        f"the plan exceeds limits, which may stop the real robot: {worst.name} reaches "
         f"{worst.median:.4g}{unit} in half of the roll-outs, with a limit of {worst.limit:.4g}{unit}{others}; let the plan keep "
         "them (`enforce_effort_limits`, limits with `enforce = true`), or give it more time"
     )

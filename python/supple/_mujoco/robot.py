@@ -36,6 +36,8 @@ SLIDING = 1e-2
 #: How much stiffer friction is than the normal force: at its limit, a sticking contact creeps by the square of the
 #: coefficient over ``IMPEDANCE SLIDING STICKING``, .16 mm/s with a coefficient of .4.
 STICKING = 1e8
+#: Where MuJoCo wants a number for an end that a range has not.
+FAR = 1e9
 
 
 class Robot:
@@ -52,6 +54,8 @@ class Robot:
         factors: Factors on numbers of the file, by the names of :data:`FACTORS`.
         presses: Force of each contact at which MuJoCo's own contacts have the damping of its law, N: they are then used in
             place of that law.
+        stops: What stops the robot, lower and upper end: positions ``q.JOINT`` and controls by the names of supple's
+            channels, and ``effort of DRIVE``. Everything else, and without them all, goes as far as it is driven.
 
     Raises:
         UsageError: Where the task has what this twin has not.
@@ -66,6 +70,7 @@ class Robot:
         channels: tuple[Sequence[str], Sequence[str]],
         factors: Mapping[str, float] | None = None,
         presses: Mapping[str, float] | None = None,
+        stops: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         if model["kind"] != "robot":
             raise UsageError(f"model is of kind `{model['kind']}`: MuJoCo can move robots from files")
@@ -102,6 +107,7 @@ class Robot:
         for name, motor in self.motors.items():
             self._add_motor(name, motor)
         self._drive(controls, model)
+        self._stop(stops or {})
         self.smoothing = float(numbers(model.get("friction_smoothing", SMOOTHING), values))
         self.friction = self._take_friction()
         if presses is not None:
@@ -298,6 +304,19 @@ class Robot:
             drive.ctrllimited = drive.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
             turned = self.spec.joint(drive.target)
             turned.armature += table.get("rotor_inertia", 0.0) * float(drive.gear[0]) ** 2
+
+    def _stop(self, stops: Mapping[str, tuple[float, float]]) -> None:
+        limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        for name, (lower, upper) in stops.items():
+            ends = np.clip([lower, upper], -FAR, FAR)
+            joint = self.spec.joint(name.removeprefix("q.")) if name.startswith("q.") else None
+            if joint is not None:
+                joint.limited, joint.range = limited, ends
+            for drive in self.spec.actuators:
+                if drive.name == name:
+                    drive.ctrllimited, drive.ctrlrange = limited, ends
+                elif name == f"effort of {drive.name.partition('.')[2]}":
+                    drive.forcelimited, drive.forcerange = limited, np.sort(ends / drive.gear[0])
 
     def _drive_table(self, name: str, table: Mapping[str, Any]) -> dict[str, float]:
         _known(f"drives.{name}", table, DRIVE)

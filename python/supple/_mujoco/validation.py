@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -155,19 +156,28 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         raise ComputeError(f"the plan of `{name}` ended as {plan.status}: there is no controller to validate")
     truth = _truth(task._native, factors)
     substeps = int(json.loads(task._native.tables())["model"].get("substeps", 1))
-    robot, points, trial, is_settled = _trial(truth, name, (plan, substeps), contact == "mujoco", factors)
-    idle = [key for key in factors if key not in robot.scaled and not _varied(task._native, {key: factors[key]})]
+    trial = _trial(truth, name, (plan, substeps), contact == "mujoco", factors)
+    steps = trial.plant.substeps
+    idle = [key for key in factors if key not in trial.robot.scaled and not _varied(task._native, {key: factors[key]})]
     if idle:
         raise UsageError(f"vary: {idle[0]}: the robot of `{name}` has nothing that it would multiply")
     unvaried = trial
     if factors:
-        _, _, unvaried, _ = _trial(task._native, name, (plan, substeps), contact == "mujoco", {}, trial.substeps)
-    plant = Plant(robot, sizes[0], plan.time_step, trial.substeps)
+        unvaried = _trial(task._native, name, (plan, substeps), contact == "mujoco", {}, steps)
 
-    def step(states: Array, controls: Array, _: int) -> Array:
-        return plant.step(states, controls)
+    def rolled_out(task: NativeTask, robot: Robot) -> dict[str, Any]:
+        plant = Plant(robot, sizes[0], plan.time_step, steps)
+        return task.roll_out_elsewhere(name, truth, lambda x, u, _: plant.step(x, u), sizes)
 
-    found = task._native.roll_out_elsewhere(name, truth, step, sizes)
+    found = rolled_out(task._native, trial.robot)
+    stops = _stops(task._native, name)
+    if _reached(found["plant"], stops):
+        known = task._native.knowing([(name, plan.controls.tolist())])
+        stopped = rolled_out(known, trial.with_stops(stops))["plant"]
+        # What is commanded may be outside of ranges; what acts is not.
+        cut = {reported for of, (reported, _) in stops.items() if not of.startswith("q.")}
+        stopped["limits"] = [limit for limit in stopped.get("limits", []) if limit["name"] not in cut]
+        found["stopped"] = stopped
     tolerance = ENDS_WELL * deviations(plan) + ENDS_WELL_RANGE * np.ptp(plan.states, axis=0) + 1e-12
     costs = {where: np.asarray(found[where]["costs"], dtype=np.float64) for where in ("own", "plant")}
     both = np.isfinite(costs["own"]) & np.isfinite(costs["plant"])
@@ -175,25 +185,27 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     states = [channel["name"] for channel in task._native.channels(name)["states"]]
     # What sensors recall of the last step is nothing that has to end anywhere.
     states = [state for state in states if not state.startswith("last.")]
-    off = {where: (_off(found[where], plan.states[-1]) / tolerance)[:, : len(states)] for where in ("own", "plant")}
-    own, other = (_loop(found[where], off[where]) for where in ("own", "plant"))
-    furthest = states[int(np.nanmedian(off["plant"], axis=0).argmax())]
+    loops = [where for where in ("own", "plant", "stopped") if where in found]
+    off = {where: (_off(found[where], plan.states[-1]) / tolerance)[:, : len(states)] for where in loops}
+    own, *on_mujoco = (_loop(found[where], off[where]) for where in loops)
+    furthest = [states[int(np.nanmedian(off[where], axis=0).argmax())] for where in loops[1:]]
     predicted = float(found["predicted_cost"]), float(found["predicted_bits"])
     moves = Moves(
         plan=plan,
-        points=points,
-        mujoco=trial.step,
-        unvaried=unvaried.step,
+        points=trial.points,
+        mujoco=trial.plant.step,
+        unvaried=unvaried.plant.step,
         supple=lambda count: _truth(task._native, {}, count),
         substeps=substeps,
         task=name,
-        is_settled=is_settled,
+        is_settled=trial.is_settled,
         asked=", ".join(f"{key} x {factor:g}" for key, factor in factors.items()),
         contacts=contact == "mujoco",
     )
     limit = None if found["limit"] is None else float(found["limit"])
     left = found["plant"]["limit_left"]
-    conclusion = conclude(predicted, limit, own, other, furthest, moves, left and build(LimitShare, left))
+    ended = list(zip(on_mujoco, furthest, strict=True))
+    conclusion = conclude(predicted, limit, own, ended, moves, left and build(LimitShare, left))
     return TaskValidation(
         name=name,
         status=str(found["status"]),
@@ -202,13 +214,29 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         predicted_bits=predicted[1],
         predicted_contacts={entry["name"]: bool(entry["touches"]) for entry in found["contacts"]},
         supple=own,
-        mujoco=other,
+        mujoco=on_mujoco[0],
+        stopped=on_mujoco[1] if len(on_mujoco) > 1 else None,
         cost_difference=difference,
         cost_difference_interval_95=interval,
-        mujoco_steps=plant.substeps,
+        mujoco_steps=steps,
         conclusion=conclusion.words,
         broken=conclusion.broken,
     )
+
+
+def _stops(task: NativeTask, name: str) -> dict[str, tuple[str, tuple[float, float]]]:
+    """What stops the robot, and not only limits it: names in reports and ends, by the names that :class:`Robot` has."""
+    found: dict[str, tuple[str, tuple[float, float]]] = {}
+    for reported, of, lower, upper in task.robot_limits(name):
+        if not of.startswith("v."):
+            found.setdefault(of, (reported, (lower, upper)))
+    return found
+
+
+def _reached(runs: Mapping[str, Any], stops: Mapping[str, tuple[str, Any]]) -> bool:
+    """Whether any roll-out reaches a stop or leaves a range; those that diverge do."""
+    names = {reported for reported, _ in stops.values()}
+    return runs["diverged"] > 0 or any(limit["share"] > 0.0 for limit in runs.get("limits", []) if limit["name"] in names)
 
 
 def _truth(task: NativeTask, factors: Mapping[str, float], substeps: int | None = None) -> NativeTask:
@@ -266,6 +294,29 @@ class _Values(Mapping[str, float]):
         return len(self._parameters)
 
 
+@dataclass(frozen=True)
+class _Trial:
+    """A robot on MuJoCo at points of a plan.
+
+    Attributes:
+        make: Makes the robot.
+        robot: The robot.
+        points: Numbers of the steps of the plan.
+        plant: Copies of the robot for these points.
+        is_settled: Whether their steps are short enough.
+    """
+
+    make: Callable[..., Robot]
+    robot: Robot
+    points: Array
+    plant: Plant
+    is_settled: bool
+
+    def with_stops(self, stops: Mapping[str, tuple[str, tuple[float, float]]]) -> Robot:
+        """The robot that stops where :func:`_stops` says."""
+        return self.make(stops={of: ends for of, (_, ends) in stops.items()})
+
+
 def _trial(
     truth: NativeTask,
     name: str,
@@ -273,9 +324,9 @@ def _trial(
     own_contacts: bool,
     factors: Mapping[str, float],
     steps: int | None = None,
-) -> tuple[Robot, Array, Plant, bool]:
-    """The robot on MuJoCo, points of the plan, copies for these points, and whether their steps are short enough: so many in
-    a time step where that is given. The plan is given with the sub-steps of the task."""
+) -> _Trial:
+    """The robot on MuJoCo at points of the plan, in so many steps where that is given. The plan is given with the sub-steps of
+    the task."""
     plan, substeps = planned
     model = json.loads(truth.tables())["model"]
     sources = truth.sources()
@@ -289,16 +340,17 @@ def _trial(
     points = np.unique(np.linspace(0, len(plan.controls) - 1, LOOKED_AT).astype(int))
     trial = Plant(robot, len(points), plan.time_step, FEWEST)
     if own_contacts and robot.contacts:
-        robot = make(trial.mean_forces(plan.states[points], plan.controls[points]))
+        make = partial(make, presses=trial.mean_forces(plan.states[points], plan.controls[points]))
+        robot = make()
         trial = Plant(robot, len(points), plan.time_step, FEWEST)
     if steps is not None:
         trial.substeps = steps
-        return robot, points, trial, True
+        return _Trial(make, robot, points, trial, is_settled=True)
     # About the plan, contacts slip and stick as they do not on it.
     x, u = sampled(plan)
     most = max(MOST, 4 * substeps)
     is_settled = settle(trial, (x[points], u[points]), most, lambda errors: enlarged(plan, points, errors))
-    return robot, points, trial, is_settled
+    return _Trial(make, robot, points, trial, is_settled)
 
 
 def settle(plant: Plant, at: tuple[Array, Array], most: int, size: Callable[[Array], float]) -> bool:
