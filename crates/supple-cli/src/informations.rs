@@ -59,7 +59,7 @@ pub fn add_rows(table: &mut Rows, about: &About, report: &DesignReport) {
 pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, String)> {
     let mut rows = Vec::new();
     if let Some(needed) = &information.needed {
-        let why = if needed.limit_out_of_reach { ", as no information achieves the cost limit" } else { "" };
+        let why = if needed.limit_out_of_reach { "; even full information exceeds the cost limit" } else { "" };
         let note = format!(
             "bits, with any sensors and any controller about this plan, at a cost of {}{why}",
             number(needed.cost)

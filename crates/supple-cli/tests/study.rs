@@ -73,6 +73,86 @@ fn a_study_makes_its_steps_figures_and_a_report() {
     assert_eq!((run.code, run.stderr.matches(": reused from an earlier run").count()), (Some(0), 0), "{run:?}");
 }
 
+/// Robustness over a parameter that is designed: known before the first step, not after all others.
+#[test]
+fn options_that_do_not_fit_the_task_are_told_before_the_first_step() {
+    let after = "
+[[steps]]
+name = \"noise\"
+run = \"robustness\"
+task = \"task.toml\"
+vary = \"k1=30,60\"
+
+[[figures]]";
+    let folder = with_study(&edited(STUDY, "\n[[figures]]", after));
+    let run = folder.run(&["study", "study.toml"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("study.toml:") && run.stderr.contains("`k1` is a design parameter"), "{}", run.stderr);
+    assert!(!run.stderr.contains("step 1 of 4") && !folder.path("study").exists(), "{}", run.stderr);
+}
+
+/// Stiffness as a design finds it, from which two later steps start, and another when the design changes.
+#[test]
+fn steps_start_from_the_design_of_an_earlier_one() {
+    let after = "
+[[steps]]
+name = \"after\"
+run = \"evaluate\"
+task = \"task.toml\"
+rollouts = 0
+from = \"best\"
+
+[[steps]]
+name = \"set\"
+run = \"evaluate\"
+task = \"task.toml\"
+rollouts = 0
+from = \"after\"
+set = \"k1=100\"
+
+[[figures]]";
+    let text = edited(STUDY, "\n[[figures]]", after);
+    let folder = with_study(&text);
+    let run = folder.run(&["study", "study.toml"]);
+    assert_eq!(run.code, Some(0), "{run:?}");
+    let parameters = |step: &str, key: &str| {
+        let text = std::fs::read_to_string(folder.path(&format!("study/{step}/result.json"))).unwrap();
+        let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+        found["result"][key]["parameters"].clone()
+    };
+    let best = parameters("best", "optimum");
+    assert_ne!(best, parameters("best", "start"));
+    let evaluation = |step: &str| {
+        let text = std::fs::read_to_string(folder.path(&format!("study/{step}/result.json"))).unwrap();
+        let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+        found["result"]["evaluation"]["parameters"].clone()
+    };
+    assert_eq!(best, evaluation("after"));
+    let set = evaluation("set");
+    assert_eq!((&set["k2"], set["k1"].as_f64()), (&best["k2"], Some(100.0)));
+    assert!(run.stderr.contains(&format!("supple evaluate task.toml --set k1={}", best["k1"])), "{}", run.stderr);
+
+    // The same on the command line, and what is wrong there.
+    let alone = folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--from", "study/best", "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&alone.stdout).unwrap();
+    assert_eq!(found["result"]["parameters"], best, "{alone:?}");
+    let wrong = folder.run(&["evaluate", "task.toml", "--from", "study/line"]);
+    assert_eq!(wrong.code, Some(2));
+    assert!(wrong.stderr.contains("--from study/line: is a result of `supple sweep`"), "{}", wrong.stderr);
+
+    let again = folder.run(&["study", "study.toml"]);
+    assert_eq!(again.stderr.matches(": reused from an earlier run").count(), 5, "{}", again.stderr);
+    // A search that is repeated and finds the same design changes nothing after it; another one does.
+    std::fs::write(folder.path("study.toml"), edited(&text, "starts = 1", "starts = 1\nseed = 3")).unwrap();
+    let repeated = folder.run(&["study", "study.toml"]);
+    assert_eq!(repeated.stderr.matches(": reused from an earlier run").count(), 4, "{}", repeated.stderr);
+    std::fs::write(folder.path("task.toml"), edited(TWO_MASS, "bound = 25.0", "bound = 24.0")).unwrap();
+    let changed = folder.run(&["study", "study.toml"]);
+    assert_eq!(changed.stderr.matches(": reused from an earlier run").count(), 0, "{}", changed.stderr);
+    assert_eq!(parameters("best", "optimum"), evaluation("after"));
+    assert_ne!(parameters("best", "optimum"), best);
+}
+
 #[test]
 fn a_step_that_fell_short_counts_whenever_the_study_is_run() {
     let folder = with_study(STUDY);

@@ -153,6 +153,23 @@ impl DesignReport {
         let surely = found + 3.0 * variance.sqrt() < 0.5 * fall;
         (fall > LEAST_FALL * predicted[0] && surely).then_some(Unconfirmed { predicted, sampled })
     }
+
+    /// That the optimum has more of what is minimised than a start within all limits, in words; `None` if it has not. A plan may
+    /// change to another local minimum on the way, which is cheaper and needs more information.
+    #[must_use]
+    pub fn rises(&self) -> Option<String> {
+        let [from, to] = [&self.start, &self.optimum].map(|at| at.objective.information_bits);
+        let rises = self.start.feasible && to > from + LEAST_FALL * from.abs() && to.is_finite();
+        rises.then(|| {
+            format!(
+                "the optimum has more information than the start, {} bits for {}, although the start is within all limits: its \
+                 plans are at other local minima, so that designs are not compared alike. `supple evaluate --branches 24` finds \
+                 what the start has there",
+                short(to, 4),
+                short(from, 4)
+            )
+        })
+    }
 }
 
 /// A smaller share of the information at the start is not worth a word.

@@ -1,6 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use supple::Named;
 use supple_file::read_text;
 
 use crate::checksums;
@@ -186,6 +187,39 @@ impl Folder {
                 found.kind
             ))),
             _ => Ok(()),
+        }
+    }
+
+    /// The design in it: the optimum of a search, or what was evaluated.
+    ///
+    /// # Errors
+    /// Where the result is of another command.
+    ///
+    /// ```
+    /// use supple_study::study::Work;
+    /// use supple_study::{Folder, LoadedTask, Made, Watch};
+    /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
+    /// # let path = tempfile::tempdir()?;
+    /// # let path = path.path();
+    ///
+    /// let task = LoadedTask::load(file.as_ref(), &[("k1".to_owned(), 300.0)])?;
+    /// let work = Work::Evaluate(supple_study::evaluate::EvaluateOptions { rollouts: 0, ..Default::default() });
+    /// let result = work.run(&task, None, Watch::default())?;
+    /// Folder::conclude(path, &Made::of(&task, work), &result)?;
+    ///
+    /// let mut another = LoadedTask::load(file.as_ref(), &[])?;
+    /// another.start_from(Folder::load(path)?.design()?)?;
+    /// assert_eq!(another.phi, task.phi);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn design(&self) -> Result<&Named, StudyError> {
+        match &self.result {
+            StudyResult::Design(found) => Ok(&found.optimum.parameters),
+            StudyResult::Evaluate(found) => Ok(&found.evaluation.parameters),
+            other => Err(StudyError::usage(format!(
+                "is a result of `supple {}`: a design is in results of `design` and `evaluate`",
+                other.kind()
+            ))),
         }
     }
 

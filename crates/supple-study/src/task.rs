@@ -181,6 +181,24 @@ impl LoadedTask {
         Ok(Self { problem, phi, sources, kinds })
     }
 
+    /// Starts from a design, of this task or of one that shares parameters with it; parameters that it does not have stay as
+    /// they are.
+    ///
+    /// # Errors
+    /// Where it has none of the task's parameters, or a value is out of bounds.
+    pub fn start_from(&mut self, design: &Named) -> Result<(), StudyError> {
+        let own = self.problem.parameters.names();
+        let common: Vec<_> = design.0.iter().filter(|(name, _)| own.contains(name)).collect();
+        if common.is_empty() {
+            let valid = supple_text::quoted(&own);
+            return Err(StudyError::usage(format!("none of its parameters is one of the task, {valid}")));
+        }
+        for (name, value) in common {
+            self.problem.parameters.set(&mut self.phi, name, *value)?;
+        }
+        Ok(())
+    }
+
     /// The same from the texts that [`load`](Self::load) read, the task file's first: no file is read.
     ///
     /// # Errors

@@ -42,7 +42,7 @@ mod numbers;
 mod units;
 
 pub use numbers::{
-    degrees, digits, exact, exponent, interval_95, padded, printed, short, significant, tabular, trimmed,
+    degrees, digits, exact, exponent, interval_95, padded, printed, saves, short, significant, tabular, trimmed,
 };
 pub use units::{printed_unit, raised};
 

@@ -96,6 +96,23 @@ pub fn interval_95([lower, upper]: [f64; 2], number: impl Fn(f64) -> String) -> 
     format!("95 % interval {} to {}", number(lower), number(upper))
 }
 
+/// What more of something saves of all there is, at a rate per unit: of one unit, or of a smaller power of ten if one unit would
+/// save more than half of it, as a rate holds nearby only. Numbers are written by `number`.
+///
+/// ```
+/// use supple_text::{saves, short};
+///
+/// let number = |number| short(number, 3);
+/// assert_eq!(saves("cost", (2.5, 20.0), number), "+1 in cost saves 2.5 bits");
+/// assert_eq!(saves("cost", (4034.0, 4.25), number), "+0.0001 in cost saves 0.403 bits");
+/// ```
+#[must_use]
+pub fn saves(of: &str, (rate, all): (f64, f64), number: impl Fn(f64) -> String) -> String {
+    let power = (0..12).find(|&power| !(rate * 10f64.powi(-power) > 0.5 * all)).filter(|_| all > 0.0).unwrap_or(0);
+    let amount = 10f64.powi(-power);
+    format!("+{amount} in {of} saves {} bits", number(rate * amount))
+}
+
 /// A number on a page, with at most five significant digits and a typographic minus sign; a dash if it is not
 /// finite.
 ///

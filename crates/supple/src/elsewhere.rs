@@ -128,8 +128,10 @@ impl Problem {
         let there = Truth { system: &*other.task.system, phi: other.phi, motion: Motion::Plant(other.plant) };
         let predicted = state.cost.expected();
         let plan = &state.plan;
+        // What is planned is planned by the task's own model.
+        let planned = Watch::of(task.at(phi), &plan.trajectory);
         let runs = |truth: Truth, task_there: TaskAt, batch: usize| {
-            let watch = Watch::of(task_there, &plan.trajectory);
+            let watch = Watch::of(task_there, &plan.trajectory).planned_by(&planned);
             let factors = &factors;
             let setting = LoopSetting { task, plan, believed, truth, factors, along: None, watch: Some(&watch) };
             Runs::of(setting, predicted, rollouts, batch)

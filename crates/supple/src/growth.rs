@@ -6,7 +6,7 @@ use supple_kernels::{Matrices, Scratch, math};
 use supple_lqg::Knots;
 use supple_lqg::spectral_radius;
 use supple_model::Trajectory;
-use supple_model::system::Points;
+use supple_model::system::{Points, Times};
 
 use crate::Error;
 use crate::problem::Task;
@@ -26,6 +26,11 @@ const SUGGESTED: f64 = 1e-3;
 const FASTER: f64 = 2.0;
 /// Number of ever shorter time steps, by powers of 1/8, from which the growth rate of the physics is estimated.
 const SHORTER: i32 = 7;
+/// A time step is divided into powers of so many parts, up to this power, until the growth in it changes by no more than this
+/// share.
+const PARTS: usize = 8;
+const MOST_POWERS: u32 = 4;
+const AGREE: f64 = 0.3;
 /// A suggested time step is this fraction of the limit found.
 const MARGIN: f64 = 0.95;
 /// Maximum number of sub-steps suggested: the most that task files may request.
@@ -101,10 +106,14 @@ fn spread(steps: usize, states: usize) -> Vec<usize> {
     (0..count).map(|i| i * (steps - 1) / (count - 1).max(1)).collect()
 }
 
-/// `ln rho` of the square part of matrix `t` of `[A B]`; `None` if it is not finite.
-fn growth(dynamics: &Matrices, t: usize) -> Option<f64> {
-    let n = dynamics.rows();
-    let mut a = DMatrix::from_fn(n, n, |i, j| dynamics.get(t, i, j));
+/// The square part of matrix `t` of `[A B]`.
+fn square(dynamics: &Matrices, t: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(dynamics.rows(), dynamics.rows(), |i, j| dynamics.get(t, i, j))
+}
+
+/// `ln rho` of a matrix; `None` if it is not finite.
+fn growth(a: DMatrix<f64>) -> Option<f64> {
+    let n = a.nrows();
     // Squares of entries must be finite too.
     if a.iter().any(|entry| entry.is_nan() || entry.abs() > 1e100) {
         return None;
@@ -112,12 +121,12 @@ fn growth(dynamics: &Matrices, t: usize) -> Option<f64> {
     if n > LARGE {
         return Some(math::ln(spectral_radius(a)));
     }
-    balance_parlett_reinsch(&mut a);
-    let radius = match Schur::try_new(a.clone(), f64::EPSILON, 100 * n) {
-        Some(schur) => schur.complex_eigenvalues().iter().fold(0.0, |most: f64, value| most.max(value.norm())),
-        None => spectral_radius(a),
-    };
-    Some(math::ln(radius))
+    // Of A - I, whose eigenvalues keep their digits over short time steps.
+    let mut change = &a - DMatrix::identity(n, n);
+    balance_parlett_reinsch(&mut change);
+    let Some(schur) = Schur::try_new(change, f64::EPSILON, 100 * n) else { return Some(math::ln(spectral_radius(a))) };
+    let growth = |re: f64, im: f64| 0.5 * math::ln_1p(re * (2.0 + re) + im * im);
+    Some(schur.complex_eigenvalues().iter().map(|value| growth(value.re, value.im)).fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// A task at a design, to be examined.
@@ -130,7 +139,8 @@ impl Looker<'_> {
     /// Examines some steps of a trajectory with the linearisation `dynamics`.
     fn look(&self, trajectory: &Trajectory, dynamics: &Matrices, steps: &[usize]) -> Stability {
         let time_step: f64 = self.task.time_step.resolve(self.phi);
-        let mut seen: Vec<(f64, usize)> = steps.iter().filter_map(|&t| Some((growth(dynamics, t)?, t))).collect();
+        let mut seen: Vec<(f64, usize)> =
+            steps.iter().filter_map(|&t| Some((growth(square(dynamics, t))?, t))).collect();
         seen.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut found = Stability {
             time_step,
@@ -144,7 +154,10 @@ impl Looker<'_> {
         for (growth, step) in seen.into_iter().filter(|&(growth, _)| growth > SLOW) {
             let (x, u) = (trajectory.states.vector(step), trajectory.controls.vector(step));
             let at = Step { looker: self, t: step, x, u };
-            let Some(rate) = at.rate(time_step).filter(|rate| growth > FASTER * rate * time_step + SLOW) else {
+            let exceeds = |rate: &f64| growth > FASTER * rate * time_step + SLOW;
+            let Some(rate) = at.rate(time_step).filter(exceeds) else { continue };
+            // The physics may grow faster later in the step than at first.
+            let Some(rate) = Some(at.rate_over(time_step).map_or(rate, |over| rate.max(over))).filter(exceeds) else {
                 continue;
             };
             if !found.numerically_unstable {
@@ -183,7 +196,37 @@ impl Step<'_> {
     /// `ln rho(A)` over a time step.
     fn growth(&self, time_step: f64) -> Option<f64> {
         let Looker { task, phi } = self.looker;
-        growth(&task.system.dynamics_jacobian_with(self.t, self.x, self.u, phi, time_step)?, 0)
+        growth(square(&task.system.dynamics_jacobian_with(self.t, self.x, self.u, phi, time_step)?, 0))
+    }
+
+    /// `ln rho(A)` over a time step in so many parts, each from where the one before leads.
+    fn growth_in(&self, parts: usize) -> Option<f64> {
+        let Looker { task, phi } = self.looker;
+        let row = |from: &[f64]| {
+            let mut vector = Matrices::vectors(1, from.len());
+            vector.vector_mut(0).copy_from_slice(from);
+            vector
+        };
+        let (states, controls) = (row(self.x), row(self.u));
+        let at = Points { states: &states, controls: &controls, stages: 1, has_end: false, times: Times::At(self.t) };
+        let mut found = Matrices::zeros(1, self.x.len(), self.x.len() + self.u.len());
+        task.system.dynamics_jacobians_in(parts, at, phi, &mut found, &mut Scratch::new());
+        growth(square(&found, 0))
+    }
+
+    /// Growth rate of the physics over a time step as a whole, 1/s, of which more and more parts are looked at until three
+    /// numbers of them agree: an unstable integration may agree with itself twice.
+    fn rate_over(&self, time_step: f64) -> Option<f64> {
+        let agree = |a: f64, b: f64| (a - b).abs() <= AGREE * b.abs();
+        let mut before = [self.growth_in(1)?, self.growth_in(PARTS)?];
+        for power in 2..=MOST_POWERS {
+            let fine = self.growth_in(PARTS.pow(power))?;
+            if agree(before[0], before[1]) && agree(before[1], fine) {
+                return Some(fine / time_step);
+            }
+            before = [before[1], fine];
+        }
+        None
     }
 
     /// Growth rate of the physics, 1/s: the least over several shorter time steps, and at least 0.

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser;
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use supple::Level;
-use supple_study::LoadedTask;
+use supple_study::{Folder, LoadedTask, StudyError};
 
 use crate::failure::Failure;
 use crate::output::warn;
@@ -212,6 +212,11 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 pub struct TaskArguments {
     /// Task file
     pub task: PathBuf,
+    /// Start at the design in the folder of a result of `design` (the optimum) or `evaluate`, instead of initial values
+    ///
+    /// Parameters of the task that the result does not have keep their initial values; --set has the last word.
+    #[arg(long, value_name = "DIR")]
+    pub from: Option<PathBuf>,
     /// Set a parameter; may be repeated, and the last value of a parameter holds
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
@@ -230,6 +235,21 @@ impl TaskArguments {
 
     /// Loads the task with its parameters set.
     pub fn read(&self) -> Result<LoadedTask, Failure> {
+        let mut loaded = LoadedTask::load(&self.task, &[])?;
+        if let Some(from) = &self.from {
+            let folder = Folder::load(from)?;
+            let at = |error: StudyError| Failure::usage(format!("--from {}: {error}", from.display()));
+            loaded.start_from(folder.design().map_err(at)?).map_err(at)?;
+            if folder.result.falls_short() {
+                warn(&format!("the design in {} fell short of what was asked: see `supple show`", from.display()));
+            }
+        }
+        set(&mut loaded, &self.set)?;
+        Ok(loaded)
+    }
+
+    /// Loads the task with its parameters set, except for the design of a result that need not be there yet.
+    pub fn read_alone(&self) -> Result<LoadedTask, Failure> {
         let mut loaded = LoadedTask::load(&self.task, &[])?;
         set(&mut loaded, &self.set)?;
         Ok(loaded)

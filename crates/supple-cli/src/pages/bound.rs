@@ -3,6 +3,7 @@ use std::fmt::Write;
 use supple::bound::{SensorWindow, TaskBound};
 use supple_study::About;
 use supple_study::bound::{BoundStudy, Curve};
+use supple_text::saves;
 
 use crate::tables::{Rows, align_right, heading, number, table, with_unit};
 
@@ -85,7 +86,7 @@ fn summary(page: &mut String, task: &TaskBound) {
         ),
         (Some(reason), _) => writeln!(page, "The lower bound is NOT PROVED: {reason}."),
     };
-    let _ = writeln!(page, "+1 in cost saves {} bits.", number(task.price_bits_per_cost));
+    let _ = writeln!(page, "{}.", saves("cost", (task.price_bits_per_cost, task.minimum_bits), number));
     let _ = writeln!(
         page,
         "Prefix-free codes with scalar quantisers require at most {} bits per step for the virtual sensor.",

@@ -7,6 +7,7 @@ use supple::design::{CatalogueMethod, DesignStatus};
 use supple::parameters::Role;
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
+use supple_text::saves;
 
 use super::ends::at_bounds;
 use super::evaluation::{above_limit, excess, left_lines, limit_lines, minima, prices, reached_lines};
@@ -32,6 +33,9 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     page.push_str(&trust::of_design(start, optimum));
     if let Some(unconfirmed) = report.unconfirmed(about) {
         let _ = writeln!(page, "{}.\n", supple_text::capitalised(&unconfirmed.to_string()));
+    }
+    if let Some(rises) = report.rises() {
+        let _ = writeln!(page, "{}.\n", supple_text::capitalised(&rises));
     }
     if let Some(chosen) = &report.catalogue {
         let _ = writeln!(page, "{}", catalogue::page(chosen));
@@ -93,7 +97,8 @@ fn results(about: &About, report: &DesignReport) -> Rows {
         let note = match report.bound_prices.get(index).filter(|price| price.nats_per_unit > 0.0) {
             _ if missed.is_some() => "missed".into(),
             Some(price) => {
-                format!("limit active; +1 in cost saves {} bits", number(price.nats_per_unit / std::f64::consts::LN_2))
+                let (saved, all) = (price.nats_per_unit / std::f64::consts::LN_2, optimum.objective.information_bits);
+                format!("limit active; {}", saves("cost", (saved, all), number))
             }
             None => String::new(),
         };

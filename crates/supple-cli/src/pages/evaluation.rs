@@ -11,7 +11,7 @@ use supple_study::design::DesignReport;
 use super::next;
 use crate::tables::{Rows, align_right, heading, number, signed, table, with_unit};
 use crate::{contacts, informations, trust};
-use supple_text::short;
+use supple_text::{saves, short};
 
 /// The page of `supple evaluate`.
 pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
@@ -111,8 +111,8 @@ pub(super) fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
     };
     let mut text = format!("price: {} ({}){within}{before}\n", number(price.total), parts.join(", "));
     if let Some(saved) = report.map(|report| report.budget_nats_per_unit).filter(|&nats| nats > 0.0) {
-        let bits = number(saved / std::f64::consts::LN_2);
-        let _ = writeln!(text, "Budget exhausted; +1 in budget saves {bits} bits.");
+        let all = at.objective.information_bits;
+        let _ = writeln!(text, "Budget exhausted; {}.", saves("budget", (saved / std::f64::consts::LN_2, all), number));
     }
     if price.weight_nats_per_unit > 0.0 {
         let [weight, sum] =

@@ -224,8 +224,13 @@ fn of_motion(task: &TaskEvaluation) -> Option<String> {
         ));
     }
     if let Some(limit) = task.limits_violated.first() {
+        // Limbs fold the wrong way in some minima.
+        let other = match task.branches {
+            None => "another local minimum (`supple evaluate --branches 10`), ",
+            Some(_) => "",
+        };
         return Some(format!(
-            "more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
+            "{other}more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
              limit of {}{}",
             limit.name,
             more(task.limits_violated.len())

@@ -18,7 +18,11 @@ pub fn grouped(mut figure: Figure, important: &[String]) -> Figure {
     if entries.len() <= MOST_ENTRIES {
         return figure;
     }
-    let rank = |name: &String| important.iter().position(|other| other == name).unwrap_or(important.len());
+    // Names may have remarks in brackets.
+    let is = |name: &str, other: &String| {
+        name.strip_prefix(other.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with(" ("))
+    };
+    let rank = |name: &String| important.iter().position(|other| is(name, other)).unwrap_or(important.len());
     let mut ranked: Vec<&String> = entries.iter().collect();
     ranked.sort_by_key(|name| rank(name));
     let rest = &ranked[MOST_ENTRIES - 1..];

@@ -1,6 +1,7 @@
-use supple::parameters::Scale;
+use supple::Named;
+use supple::parameters::{Parameter, Role, Scale};
 use supple_study::sweep::{Axis as SweepAxis, Sweep};
-use supple_study::{Folder, StudyResult};
+use supple_study::{AboutTask, Folder, StudyResult};
 use supple_text::capitalised;
 
 use super::grouping::grouped;
@@ -83,10 +84,17 @@ pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figur
     let index = task_index(folder, task)?;
     let about = &folder.made.about.tasks[index];
     let [bits, costs] = columns(folder, sweep, task, &about.name)?;
-    let tracks = tracks(folders, &about.name, task.is_some())?;
+    let tracks = tracks(folders, &about.name, task.is_some(), &held(folder, sweep))?;
+    let others = other_limits(folder, sweep, index)?;
     let untouched = sweep.contacts_made().into_iter().map(|made| !made).collect();
     let cost = of_task("expected cost", folder, index);
-    let view = View { folder, sweep, bits, costs, cost, untouched, bound: about.bound, tracks };
+    let several = folder.made.about.tasks.len() > 1;
+    let information = match task {
+        None if several => "directed information of all tasks".to_owned(),
+        _ => of_task("directed information", folder, index),
+    };
+    let names: Vec<String> = others.iter().map(|other| other.label.clone()).collect();
+    let view = View { folder, sweep, bits, information, costs, cost, untouched, bound: about.bound, others, tracks };
     let axes: Vec<&SweepAxis> = sweep.options.axes.iter().filter(|axis| axis.values.len() > 1).collect();
     let (panels, aspect) = match axes[..] {
         [axis] => (view.curves(axis)?, [0.5, 0.62]),
@@ -99,12 +107,12 @@ pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figur
             return Err(content(folder, message));
         }
     };
-    let names: Vec<String> = axes.iter().map(|axis| words::name(&axis.parameter)).collect();
+    let swept: Vec<String> = axes.iter().map(|axis| words::name(&axis.parameter)).collect();
     let marks = [MISSES_CONTACT, "optimum", "initial design", "Pareto front", "end", "start"].map(str::to_owned);
-    let important: Vec<String> = about.bound.map(bound_label).into_iter().chain(marks).collect();
+    let important: Vec<String> = about.bound.map(bound_label).into_iter().chain(names).chain(marks).collect();
     let figure = Figure {
         name: "landscape".into(),
-        title: format!("Directed information and expected cost of {} over {}", about.name, names.join(" and ")),
+        title: format!("Directed information and expected cost of {} over {}", about.name, swept.join(" and ")),
         panels,
         column: Grid { columns: 1, aspect: aspect[0] },
         page: Grid { columns: 2, aspect: aspect[1] },
@@ -125,17 +133,51 @@ fn columns(folder: &Folder, sweep: &Sweep, task: Option<&str>, name: &str) -> Re
     Ok([nats.into_iter().map(|nats| nats / NATS).collect(), column(&format!("{name}.expected_cost"))?])
 }
 
+/// Parameters that are the same at all points of a sweep, with their values.
+fn held(folder: &Folder, sweep: &Sweep) -> Named {
+    // With starts, all others are designed at every point.
+    let is_swept = |name: &str| sweep.options.axes.iter().any(|axis| axis.parameter == name);
+    let set = |name: &str| folder.made.study.as_ref()?.set.get(name);
+    let held = folder.made.about.parameters.iter().filter(|parameter| {
+        !is_swept(&parameter.name) && (sweep.options.starts == 0 || parameter.role != Role::Design)
+    });
+    let value = |parameter: &Parameter| set(&parameter.name).unwrap_or(parameter.initial);
+    Named(held.map(|parameter| (parameter.name.clone(), value(parameter))).collect())
+}
+
+/// The cost limits of all tasks but one.
+fn other_limits(folder: &Folder, sweep: &Sweep, index: usize) -> Result<Vec<OtherLimit>, FigureError> {
+    let tasks = folder.made.about.tasks.iter().enumerate().filter(|&(other, _)| other != index);
+    let of_task = |(_, task): (usize, &AboutTask)| {
+        let level = task.bound?;
+        let found = columns(folder, sweep, None, &task.name);
+        Some(found.map(|[_, costs]| OtherLimit { label: format!("limit of {}", task.name), level, costs }))
+    };
+    tasks.filter_map(of_task).collect()
+}
+
+/// The cost limit of a task whose costs are not drawn.
+struct OtherLimit {
+    label: String,
+    level: f64,
+    /// Its expected cost by row.
+    costs: Vec<f64>,
+}
+
 /// What a landscape is drawn of.
 struct View<'a> {
     folder: &'a Folder,
     sweep: &'a Sweep,
     bits: Vec<f64>,
+    /// What the bits are.
+    information: String,
     costs: Vec<f64>,
     /// What the costs are.
     cost: String,
     /// Whether a plan of a point never makes a contact whose force a cost tracks.
     untouched: Vec<bool>,
     bound: Option<f64>,
+    others: Vec<OtherLimit>,
     tracks: Vec<Track>,
 }
 
@@ -172,7 +214,7 @@ impl View<'_> {
             series.extend(self.tracks.iter().flat_map(|track| track.series(&place)));
             let all: Vec<f64> = series.iter().flat_map(Series::ordinates).collect();
             let (label, unit) = match quantity {
-                Quantity::Information => ("directed information", "bits"),
+                Quantity::Information => (&*self.information, "bits"),
                 Quantity::Cost => (&*self.cost, ""),
             };
             Panel { title: String::new(), x: axis_of(axis), y: Axis::around(label, unit, tall(&all), &all), series }
@@ -195,16 +237,33 @@ impl View<'_> {
                 let shape = Shape::Contour { grid: cost.clone(), level };
                 series.push(Series::named(bound_label(level), Style { rim: true, ..bound_style() }, shape));
             }
+            if quantity == Quantity::Information {
+                series.extend(self.contours_of_others(x, y)?);
+            }
             series.extend(self.without_contact(&self.along(x)?, &self.along(y)?));
             let place = |spot: &Spot| (spot.at(&x.parameter), spot.at(&y.parameter));
             series.extend(self.tracks.iter().flat_map(|track| track.series(&place)));
             let title = match quantity {
-                Quantity::Information => "Directed information (bits)".into(),
+                Quantity::Information => format!("{} (bits)", capitalised(&self.information)),
                 Quantity::Cost => capitalised(&self.cost),
             };
             panels.push(Panel { title, x: axis_of(x), y: axis_of(y), series });
         }
         Ok(panels)
+    }
+
+    /// Where the costs of other tasks are at their limits.
+    fn contours_of_others(&self, x: &SweepAxis, y: &SweepAxis) -> Result<Vec<Series>, FigureError> {
+        let crosses = |other: &&OtherLimit| {
+            let (low, high) = ends(&other.costs);
+            (low..=high).contains(&other.level)
+        };
+        let contour = |(place, other): (usize, &OtherLimit)| {
+            let shape = Shape::Contour { grid: self.grid(x, y, &other.costs)?, level: other.level };
+            let dash = [Dash::Dotted, Dash::DashDotted][place % 2];
+            Ok(Series::named(other.label.clone(), Style { rim: true, dash, ..bound_style() }, shape))
+        };
+        self.others.iter().filter(crosses).enumerate().map(contour).collect()
     }
 
     /// Crosses where plans miss contacts, by the coordinates of all points.

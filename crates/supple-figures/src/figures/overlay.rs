@@ -4,10 +4,11 @@ use supple::{Evaluation, Named};
 use supple_study::pareto::Pareto;
 use supple_study::trace::{Trace, TracePoint};
 use supple_study::{Folder, StudyResult};
+use supple_text::short;
 
 use super::results::{NATS, task_index};
-use crate::FigureError;
 use crate::figure::{Colour, Dash, Marker, Series, Shape, Style};
+use crate::{FigureError, words};
 
 /// A design in a landscape.
 pub struct Spot {
@@ -56,8 +57,9 @@ impl Track {
     }
 }
 
-/// All that folders add to the landscape of a task; their information is that of the task, or else of the objective.
-pub fn tracks(folders: &[Folder], task: &str, of_task: bool) -> Result<Vec<Track>, FigureError> {
+/// All that folders add to the landscape of a task; their information is that of the task, or else of the objective. Designs
+/// with other values of what the landscape holds are named so.
+pub fn tracks(folders: &[Folder], task: &str, of_task: bool, held: &Named) -> Result<Vec<Track>, FigureError> {
     let mut tracks = Vec::new();
     for folder in folders {
         let index = || task_index(folder, Some(task));
@@ -68,8 +70,12 @@ pub fn tracks(folders: &[Folder], task: &str, of_task: bool) -> Result<Vec<Track
                 let index = index()?;
                 let start = Style { filled: false, ..Style::points(Colour::Black, Marker::Square) };
                 let optimum = Style { rim: true, ..Style::points(Colour::Orange, Marker::Diamond) };
-                tracks.push(single("initial design", start, of_evaluation(&report.start, index, of_task)));
-                tracks.push(single("optimum", optimum, of_evaluation(&report.optimum, index, of_task)));
+                for (name, style, at) in
+                    [("initial design", start, &report.start), ("optimum", optimum, &report.optimum)]
+                {
+                    let label = name.to_owned() + &elsewhere(&at.parameters, held);
+                    tracks.push(single(&label, style, of_evaluation(at, index, of_task)));
+                }
             }
             _ => {}
         }
@@ -78,6 +84,22 @@ pub fn tracks(folders: &[Folder], task: &str, of_task: bool) -> Result<Vec<Track
     tracks.sort_by_key(|track| track.spots.len() == 1 && !track.ended);
     Ok(tracks)
 }
+
+/// Values of a design that a landscape holds at others: ` (k = 5)`; empty if there are none.
+fn elsewhere(design: &Named, held: &Named) -> String {
+    let differs = |(name, value): &&(String, f64)| {
+        held.get(name).is_some_and(|held| (value - held).abs() > SAME * held.abs().max(value.abs()))
+    };
+    let others: Vec<&(String, f64)> = design.0.iter().filter(differs).collect();
+    match others[..] {
+        [] => String::new(),
+        [(name, value)] => format!(" ({} = {})", words::name(name), short(*value, 3)),
+        _ => " (other parameters differ)".to_owned(),
+    }
+}
+
+/// Share by which values of a parameter may differ from those of a landscape without a word.
+const SAME: f64 = 1e-9;
 
 fn single(label: &str, style: Style, spot: Spot) -> Track {
     Track { label: label.into(), style: Style { width: 0.0, ..style }, spots: vec![spot], ended: false }

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use supple_kernels::graph::{Program, Source};
+use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::{Matrices, Scratch};
 
 use super::authored::Authored;
@@ -14,21 +14,45 @@ use crate::followed::{Followed, LimitEnd};
 use crate::{Channel, Model};
 
 impl<M: Model> Authored<M> {
-    /// Runs a program of stages and that of the end, each recorded when it is first asked for.
+    /// Runs a program of stages and that of the end, each recorded when it is first asked for, where any of the weights of a
+    /// point, if there are weights, is not 0.
     fn run_kept(
         &self,
         (cells, record): (&[OnceLock<Program>; 2], impl Fn(&Recorder<M>, bool) -> Program),
-        at: Points,
+        (at, weights): (Points, &[&Matrices]),
         (sources, phi): (&[Source], &[f64]),
         (mut out, sums): (Option<&mut Matrices>, &mut [f64]),
         scratch: &mut Scratch,
     ) {
         for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
-            let program = cells[usize::from(last)].get_or_init(|| record(&self.recorder(), last));
-            program.run(batch, (sources, phi), (out.as_deref_mut(), &mut *sums), scratch);
+            for batch in weighed(batch, weights) {
+                let program = cells[usize::from(last)].get_or_init(|| record(&self.recorder(), last));
+                program.run(batch, (sources, phi), (out.as_deref_mut(), &mut *sums), scratch);
+            }
         }
     }
 }
+
+/// The parts of a batch at whose points any weight is not 0; all of it if there are no weights. Limits are active at few points
+/// of a plan, and their second derivatives take long.
+fn weighed(batch: Batch, weights: &[&Matrices]) -> Vec<Batch> {
+    if weights.is_empty() {
+        return vec![batch];
+    }
+    let counts = |point: usize| weights.iter().any(|weights| weights.vector(point).iter().any(|weight| *weight != 0.0));
+    let mut found: Vec<Batch> = Vec::new();
+    for point in (batch.first..batch.first + batch.count).filter(|&point| counts(point)) {
+        match found.last_mut() {
+            // Points that are this near to one another run together.
+            Some(part) if point < part.first + part.count + TOGETHER => part.count = point + 1 - part.first,
+            _ => found.push(Batch { first: point, count: 1 }),
+        }
+    }
+    found
+}
+
+/// Number of points that run at once at most.
+const TOGETHER: usize = 8;
 
 /// Systems without enforced limits do not expose this.
 impl<M: Model> Constraints for Authored<M> {
@@ -48,7 +72,7 @@ impl<M: Model> Constraints for Authored<M> {
     fn excesses(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
         let Some(Kept { ends, excesses, .. }) = &self.kept else { return };
         let program = (excesses, |recorder: &Recorder<M>, last| recorder.excesses(ends, last));
-        self.run_kept(program, at, (&at_points(at), phi), (Some(out), &mut []), scratch);
+        self.run_kept(program, (at, &[]), (&at_points(at), phi), (Some(out), &mut []), scratch);
         for i in at.stages..at.count() {
             let undefined = out.vector_mut(i).iter_mut().zip(&ends.of_control).filter(|(_, of_control)| **of_control);
             undefined.for_each(|(excess, _)| *excess = f64::NEG_INFINITY);
@@ -59,10 +83,17 @@ impl<M: Model> Constraints for Authored<M> {
         self.kept.as_ref().map_or(&[], |kept| &kept.ends.of_control)
     }
 
-    fn excess_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+    fn excess_jacobians(
+        &self,
+        at: Points,
+        phi: &[f64],
+        multipliers: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
         let Some(Kept { ends, jacobian, .. }) = &self.kept else { return };
         let program = (jacobian, |recorder: &Recorder<M>, last| recorder.excess_jacobian(ends, last));
-        self.run_kept(program, at, (&at_points(at), phi), (Some(out), &mut []), scratch);
+        self.run_kept(program, (at, &[multipliers]), (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
 
     fn add_excess_curvature(
@@ -76,7 +107,8 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(Kept { ends, curvature, .. }) = &self.kept else { return };
         let program = (curvature, |recorder: &Recorder<M>, last| recorder.excess_curvature(ends, last));
         let [x, u] = at_points(at);
-        self.run_kept(program, at, (&[x, u, multipliers.into()], phi), (Some(out), &mut []), scratch);
+        let sources = [x, u, multipliers.into()];
+        self.run_kept(program, (at, &[multipliers]), (&sources, phi), (Some(out), &mut []), scratch);
     }
 
     fn add_excess_parameter_gradient(
@@ -94,7 +126,8 @@ impl<M: Model> Constraints for Authored<M> {
             None => {
                 let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient(ends, last);
                 let sources = [x, u, multipliers.into()];
-                self.run_kept((parameter_gradient, record), at, (&sources, phi), (None, parameters), scratch);
+                let program = (parameter_gradient, record);
+                self.run_kept(program, (at, &[multipliers]), (&sources, phi), (None, parameters), scratch);
             }
             Some(moved) => {
                 let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient_along(ends, last);
@@ -102,7 +135,8 @@ impl<M: Model> Constraints for Authored<M> {
                 sources[excess_source::MULTIPLIERS] = multipliers.into();
                 sources[excess_source::VARIATION] = moved.joint.into();
                 sources[excess_source::MULTIPLIER_VARIATION] = moved.multipliers.into();
-                self.run_kept((parameter_gradient_along, record), at, (&sources, phi), (None, parameters), scratch);
+                let (program, weights) = ((parameter_gradient_along, record), [multipliers, moved.multipliers]);
+                self.run_kept(program, (at, &weights), (&sources, phi), (None, parameters), scratch);
             }
         }
     }

@@ -53,8 +53,16 @@ pub trait Constraints: Send + Sync {
     /// Whether the number of each end depends on the control, q of them.
     fn of_control(&self) -> &[bool];
 
-    /// `e_z` at every point: q x (n + m); rows of bounds that do not apply there are zero.
-    fn excess_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+    /// `e_z` at every point where any of the multipliers, vectors of length q, is not 0: q x (n + m); rows of bounds that do not
+    /// apply there are zero. Other points are left as they are.
+    fn excess_jacobians(
+        &self,
+        at: Points,
+        phi: &[f64],
+        multipliers: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    );
 
     /// Adds `(mu' e)_zz` to the square part of `out`, (n + m) x (n + m + 1), at every point; `multipliers` are vectors of
     /// length q.

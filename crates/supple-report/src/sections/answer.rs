@@ -5,7 +5,7 @@ use supple::design::{DesignStatus, Split};
 use supple::{Evaluation, TaskEvaluation};
 use supple_study::AboutTask;
 use supple_study::design::DesignReport;
-use supple_text::capitalised;
+use supple_text::{capitalised, saves};
 
 use super::Context;
 use super::headlines::{Headline, headlines};
@@ -157,16 +157,18 @@ fn result(part: &Part, report: &DesignReport) -> String {
 /// How a value compares with its limit.
 enum Standing {
     Missed,
-    /// Bits that a unit more would save.
-    Active(f64),
+    /// Bits that a unit more would save, and the bits that are minimised.
+    Active((f64, f64)),
     Met,
 }
 
 impl Standing {
-    fn of(missed: bool, nats_per_unit: f64) -> Self {
+    fn of(report: &DesignReport, missed: bool, nats_per_unit: f64) -> Self {
         match missed {
             true => Self::Missed,
-            false if nats_per_unit > 0.0 => Self::Active(bits(nats_per_unit)),
+            false if nats_per_unit > 0.0 => {
+                Self::Active((bits(nats_per_unit), report.optimum.objective.information_bits))
+            }
             false => Self::Met,
         }
     }
@@ -175,12 +177,12 @@ impl Standing {
     fn of_cost(report: &DesignReport, index: usize) -> Self {
         let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
         let task = report.optimum.tasks.get(index);
-        Self::of(task.is_some_and(|task| report.optimum.missed_bound(task).is_some()), price)
+        Self::of(report, task.is_some_and(|task| report.optimum.missed_bound(task).is_some()), price)
     }
 
     /// Of the price of the best design.
     fn of_price(report: &DesignReport) -> Self {
-        Self::of(report.optimum.exceeded_budget().is_some(), report.budget_nats_per_unit)
+        Self::of(report, report.optimum.exceeded_budget().is_some(), report.budget_nats_per_unit)
     }
 }
 
@@ -189,9 +191,7 @@ fn against_budget(report: &DesignReport, budget: f64) -> String {
     let budget = number(budget);
     match Standing::of_price(report) {
         Standing::Missed => format!("this exceeds the budget of {budget}"),
-        Standing::Active(saved) => {
-            format!("the budget of {budget} is exhausted: +1 in budget saves {} bits", number(saved))
-        }
+        Standing::Active(saved) => format!("the budget of {budget} is exhausted: {}", saves("budget", saved, number)),
         Standing::Met => format!("the budget is {budget}"),
     }
 }
@@ -202,9 +202,7 @@ fn against_bound(report: &DesignReport, index: usize, bound: f64) -> String {
     let bound = number(bound);
     match standing {
         Standing::Missed => format!("this exceeds its cost limit of {bound}"),
-        Standing::Active(saved) => {
-            format!("its cost limit of {bound} is active; +1 in cost saves {} bits", number(saved))
-        }
+        Standing::Active(saved) => format!("its cost limit of {bound} is active; {}", saves("cost", saved, number)),
         Standing::Met => format!("its cost limit of {bound} is met but not active"),
     }
 }
@@ -350,7 +348,7 @@ fn cost_remark(report: &DesignReport, task: usize, bound: Option<f64>) -> [Strin
     let Some(bound) = bound else { return ["none".into(), String::new()] };
     let note = match Standing::of_cost(report, task) {
         Standing::Missed => "missed".into(),
-        Standing::Active(saved) => format!("limit active; +1 in cost saves {} bits", number(saved)),
+        Standing::Active(saved) => format!("limit active; {}", saves("cost", saved, number)),
         Standing::Met => "met".into(),
     };
     [number(bound), note]
@@ -361,7 +359,7 @@ fn budget_remark(report: &DesignReport, budget: Option<f64>) -> [String; 2] {
     let Some(budget) = budget else { return ["none".into(), String::new()] };
     let note = match Standing::of_price(report) {
         Standing::Missed => "exceeded".into(),
-        Standing::Active(saved) => format!("budget exhausted; +1 in budget saves {} bits", number(saved)),
+        Standing::Active(saved) => format!("budget exhausted; {}", saves("budget", saved, number)),
         Standing::Met => "met".into(),
     };
     [number(budget), note]

@@ -64,9 +64,8 @@ pub fn warnings(part: &Part) -> Vec<String> {
         }
     }
     for (_, report) in part.searches() {
-        list.extend(
-            report.unconfirmed(part.about).map(|found| format!("{}.", supple_text::capitalised(&found.to_string()))),
-        );
+        let told = report.unconfirmed(part.about).map(|found| found.to_string()).into_iter().chain(report.rises());
+        list.extend(told.map(|found| format!("{}.", supple_text::capitalised(&found))));
         for (index, error) in report.starts.iter().enumerate().filter_map(|(i, start)| Some((i, start.error.as_ref()?)))
         {
             list.push(format!("The search from start {} ended early: {error}.", index + 1));

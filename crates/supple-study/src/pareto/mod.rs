@@ -240,7 +240,7 @@ fn identity(task: &LoadedTask, options: &ParetoOptions) -> Identity {
 }
 
 /// The tasks' bounds at factor 1; infinite where there is none.
-fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
+pub(crate) fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
     let tasks = &task.problem.tasks;
     let bounds: Vec<Option<f64>> = tasks.iter().map(|one| one.bound.map(|bound| bound.resolve(&task.phi))).collect();
     if bounds.iter().all(Option::is_none) {

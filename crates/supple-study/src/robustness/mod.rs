@@ -323,7 +323,7 @@ fn assemble(
 }
 
 /// Checks what was asked for; the index of the varied parameter.
-fn check(task: &LoadedTask, options: &RobustnessOptions) -> Result<usize, StudyError> {
+pub(crate) fn check(task: &LoadedTask, options: &RobustnessOptions) -> Result<usize, StudyError> {
     let RobustnessOptions { designs, vary, rollouts, .. } = options;
     let name = &vary.parameter;
     let parameters = &task.problem.parameters;

@@ -12,8 +12,9 @@ use supple::Named;
 use supple::design::DesignSettings;
 
 use crate::bound::BoundOptions;
+use crate::design::check_designable;
 use crate::evaluate::EvaluateOptions;
-use crate::pareto::ParetoOptions;
+use crate::pareto::{ParetoOptions, check_bounds};
 use crate::robustness::RobustnessOptions;
 use crate::sensors::SensorsOptions;
 use crate::sweep::SweepOptions;
@@ -126,6 +127,19 @@ impl Work {
             Self::Pareto(options) => options.seed,
             Self::Trace(options) => options.seed,
             Self::Sensors(_) | Self::Bound(_) => 0,
+        }
+    }
+
+    /// Checks what can be known of the work before it is begun.
+    ///
+    /// # Errors
+    /// Where an option does not fit the task.
+    pub fn check(&self, task: &LoadedTask) -> Result<(), StudyError> {
+        match self {
+            Self::Design(_) | Self::Trace(_) => check_designable(task),
+            Self::Pareto(_) => check_designable(task).and_then(|()| check_bounds(task).map(drop)),
+            Self::Robustness(options) => robustness::check(task, options).map(drop),
+            Self::Evaluate(_) | Self::Sweep(_) | Self::Sensors(_) | Self::Bound(_) => Ok(()),
         }
     }
 

@@ -88,7 +88,8 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
     warnings
 }
 
-/// Which enforced limit a plan exceeds the most, relative to the limit; `None` if it exceeds none.
+/// Which enforced limit a plan exceeds the most, relative to the limit, or the first state, which no plan can change; `None` if
+/// it exceeds none.
 fn exceeded(task: &Task, phi: &[f64], plan: &Plan) -> Option<String> {
     let limits = task.system.constraints()?;
     let (at, bounds) = (plan.trajectory.points(), limits.bounds(phi));
@@ -97,12 +98,15 @@ fn exceeded(task: &Task, phi: &[f64], plan: &Plan) -> Option<String> {
     let size = |end: usize| 1.0 + bounds[end].abs();
     let all =
         (0..at.count()).flat_map(|step| excesses.vector(step).iter().copied().enumerate().map(move |it| (step, it)));
-    let (step, (end, excess)) = all
-        .filter(|(_, (_, excess))| *excess > 0.0)
-        .max_by(|(_, (a, first)), (_, (b, second))| (first / size(*a)).total_cmp(&(second / size(*b))))?;
+    let is_given = |step: usize, end: usize| step == 0 && !limits.of_control()[end];
+    let beyond = |(step, (end, excess)): &(usize, (usize, f64))| (is_given(*step, *end), excess / size(*end));
+    let (step, (end, excess)) = all.filter(|(_, (_, excess))| *excess > 0.0).max_by(|one, other| {
+        let ((given, size), (other_given, other_size)) = (beyond(one), beyond(other));
+        given.cmp(&other_given).then(size.total_cmp(&other_size))
+    })?;
     let KeptEnd { channel, upper } = limits.ends().swap_remove(end);
     let (side, which) = if upper { ("above", "upper") } else { ("below", "lower") };
-    let given = if step == 0 && !limits.of_control()[end] { ": the initial state exceeds it" } else { "" };
+    let given = if is_given(step, end) { ": the initial state exceeds it" } else { "" };
     Some(format!(
         "task `{}`: the plan exceeds an enforced limit ({} iterations): at step {step} ({:.4} s) `{}` is {} {} {side} its {which} \
          limit, {}{given}",

@@ -41,7 +41,7 @@ pub(super) fn vary_within_limits(
     let (points, ends) = (plan.multipliers.count(), plan.multipliers.cols());
     let joint = work.hessian.rows();
     let mut jacobians = Matrices::zeros(points, ends, joint);
-    limits.excess_jacobians(plan.trajectory.points(), phi, &mut jacobians, scratch);
+    limits.excess_jacobians(plan.trajectory.points(), phi, &plan.multipliers, &mut jacobians, scratch);
     let given = work.hessian.clone();
     let active = active(&plan.multipliers, &jacobians, largest_curvature(&given));
     let moved = move_multipliers(plan, active, &given, Matrices::vectors(points, ends), work);

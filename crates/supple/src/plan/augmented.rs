@@ -65,7 +65,7 @@ impl Augmented<'_> {
         }
         let joint = self.system.dimensions().joint();
         let mut jacobians = Matrices::zeros(at.count(), slopes.cols(), joint);
-        self.limits.excess_jacobians(at, phi, &mut jacobians, scratch);
+        self.limits.excess_jacobians(at, phi, &slopes, &mut jacobians, scratch);
         let stride = out.stride();
         for i in 0..at.count() {
             for (row, &slope) in slopes.vector(i).iter().enumerate().filter(|(_, slope)| **slope > 0.0) {

@@ -105,7 +105,8 @@ pub(crate) fn search(
     search_free(problem, asked, plan, work, scratch)?;
     let begins_outside = begins_outside(problem, limits, &bounds, plan, scratch);
     Rounds::new(problem, limits, bounds, plan, scratch).run(asked.settings, &guess, plan, work, scratch)?;
-    if begins_outside && plan.status.is_converged() {
+    // A plan that cannot keep its limits at first has no reason to converge later.
+    if begins_outside && plan.status != PlanStatus::TimeLimit {
         plan.status = PlanStatus::LimitsExceeded;
     }
     Ok(())

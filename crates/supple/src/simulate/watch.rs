@@ -103,6 +103,16 @@ impl Watch {
         Self { numbers, sides, quantities }
     }
 
+    /// The same where the plan is that of another system, which is watched by `own`.
+    pub fn planned_by(mut self, own: &Self) -> Self {
+        for number in &mut self.numbers {
+            if let Some(own) = own.numbers.iter().find(|own| own.channel.name == number.channel.name) {
+                number.planned.clone_from(&own.planned);
+            }
+        }
+        self
+    }
+
     /// What every roll-out starts from.
     pub fn start(&self) -> Vec<Reach> {
         vec![Reach { most: f64::NEG_INFINITY, beyond: 0 }; self.sides.len()]

@@ -130,8 +130,10 @@ impl StudyFile {
             return Err(document.error(&[], "a study needs at least one table [[steps]]"));
         }
         let reading = Reading { document: &document, folder: path.parent().unwrap_or(Path::new("")), out };
-        let steps = top.steps.into_iter().enumerate().map(|(index, keys)| reading.step(index, keys));
-        let steps = steps.collect::<Result<Vec<_>, _>>()?;
+        let mut steps = Vec::with_capacity(top.steps.len());
+        for (index, keys) in top.steps.into_iter().enumerate() {
+            steps.push(reading.step(index, keys, &steps)?);
+        }
         reading.check_names(&steps)?;
         let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
         let figures = top.figures.into_iter().enumerate().map(|(index, keys)| reading.figure(index, keys, &names));
@@ -171,7 +173,12 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    fn step(&self, index: usize, mut keys: BTreeMap<String, Words>) -> Result<Step<StudyCommand>, FileError> {
+    fn step(
+        &self,
+        index: usize,
+        mut keys: BTreeMap<String, Words>,
+        before: &[Step<StudyCommand>],
+    ) -> Result<Step<StudyCommand>, FileError> {
         let place = ("steps", index);
         let name = self.name(place, &mut keys)?;
         if name == FIGURES {
@@ -190,11 +197,34 @@ impl Reading<'_> {
             return Err(FileError { help, ..self.error(place, "run", message) });
         }
         let task = self.one(place, "task", &mut keys)?;
-        let words = vec![run, tidy(&self.folder.join(task))];
+        let mut words = vec![run, tidy(&self.folder.join(task))];
+        if keys.contains_key("from") {
+            let from = self.one(place, "from", &mut keys)?;
+            self.check_design(place, &from, before)?;
+            words.push(format!("--from={}", tidy(&self.out.join(from))));
+        }
         match self.command(place, words, keys, &name)? {
             Command::Study(command) => Ok(Step { output: name.clone(), name, command, place }),
             _ => Err(self.error(place, "run", "is not a study".to_owned())),
         }
+    }
+
+    /// That an earlier step of this name finds or evaluates a design.
+    fn check_design(&self, place: At, from: &str, before: &[Step<StudyCommand>]) -> Result<(), FileError> {
+        let has_design =
+            |step: &&Step<StudyCommand>| matches!(step.command, StudyCommand::Design(_) | StudyCommand::Evaluate(_));
+        let valid: Vec<&str> = before.iter().filter(has_design).map(|step| step.name.as_str()).collect();
+        if valid.contains(&from) {
+            return Ok(());
+        }
+        let message = match &valid[..] {
+            [] => format!("no step before this one is a `design` or `evaluate`; found `{from}`"),
+            _ => format!(
+                "must be an earlier step that is a `design` or `evaluate`, {}; found `{from}`",
+                supple_text::quoted(&valid)
+            ),
+        };
+        Err(FileError { help: supple_text::nearest(from, &valid), ..self.error(place, "from", message) })
     }
 
     fn figure(

@@ -33,9 +33,10 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     listen();
     let clock = Instant::now();
     let (mut outcome, mut short) = (Outcome::Success, Vec::new());
-    for (number, (step, planned)) in file.steps.iter().zip(&steps).enumerate() {
-        let heading = format!("step {} of {}, {}", number + 1, steps.len(), step.name);
-        let made = planned.make(&heading, &out.join(&step.name))?;
+    let count = steps.len();
+    for (number, (step, planned)) in file.steps.iter().zip(steps).enumerate() {
+        let heading = format!("step {} of {count}, {}", number + 1, step.name);
+        let made = planned.at_its_design(&file, step)?.make(&heading, &out.join(&step.name))?;
         if made == Outcome::Shortfall {
             short.push(step.name.as_str());
         }
@@ -53,13 +54,13 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     Folder::save(&out, &Made::of_steps(&file.title, file.source.clone()), &StudyResult::Study(Box::new(result)))?;
     let page = out.join(REPORT);
     report(&ReportOptions { folders: vec![out], out: page.clone() })?;
-    let (steps, seconds) = (steps.len(), clock.elapsed().as_secs_f64());
+    let seconds = clock.elapsed().as_secs_f64();
     let short = match short[..] {
         [] => String::new(),
         [step] => format!("Step {step} fell short: see above.\n"),
         _ => format!("Steps {} fell short: see above.\n", short.join(", ")),
     };
-    let steps = supple_text::count(steps, "step");
+    let steps = supple_text::count(count, "step");
     print_text(&format!("{}\n\n{steps} in {seconds:.0} s. The report: {}\n{short}", file.title, page.display()))?;
     Ok(outcome)
 }
@@ -77,10 +78,23 @@ impl<'a> Planned<'a> {
         let asks = step.command.asks();
         let here =
             |failure: Failure| if failure.is_of_file() { failure } else { wrong(file, step, &failure.to_string()) };
-        let task = asks.task().read().map_err(here)?;
+        let task = asks.task().read_alone().map_err(here)?;
         let work = asks.work(&task).map_err(here)?;
+        work.check(&task).map_err(|error| here(error.into()))?;
         let study = Study::of(&task, work);
         Ok(Self { command: &step.command, task, study })
+    }
+
+    /// The same at the design of an earlier step, which exists by now, if it starts from one.
+    fn at_its_design(self, file: &StudyFile, step: &'a Step<StudyCommand>) -> Result<Self, Failure> {
+        let asks = step.command.asks();
+        if asks.task().from.is_none() {
+            return Ok(self);
+        }
+        let task = asks.task().read().map_err(|failure| wrong(file, step, &failure.to_string()))?;
+        let work = asks.work(&task)?;
+        let study = Study::of(&task, work);
+        Ok(Self { task, study, ..self })
     }
 
     /// Runs the step, or reuses its result from an earlier run.

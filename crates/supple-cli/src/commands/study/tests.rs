@@ -104,6 +104,14 @@ fn wrong_files_are_errors_with_their_line() {
         ("grid = [\"k1=50:600:3\", \"k2=log:100:600:3\"]\n", "", 3, "steps[0].grid: is missing", None),
         ("starts = 2", "method = \"newton\"", 15, "steps[1].method: must be one of", None),
         ("figure = \"landscape\"", "figure = \"landscpe\"", 21, "figures[0].figure: must be one of", None),
+        (
+            "seed = 3",
+            "from = \"landscape\"",
+            18,
+            "steps[1].from: no step before this one is a `design` or `evaluate`",
+            None,
+        ),
+        ("seed = 3", "from = [\"a\", \"b\"]", 18, "steps[1].from: must be one text", None),
         ("rollouts = 20", "rollouts = true", 8, "steps[0].rollouts: needs a value, not true or false", None),
         ("rollouts = 20", "rollouts = [1, 2]", 8, "steps[0].rollouts: ", None),
         ("rollouts = 20", "rollouts = { a = 1 }", 8, "a number, a text, true, false, or a list", None),
@@ -122,6 +130,20 @@ fn wrong_files_are_errors_with_their_line() {
     }
     let none = load("title = \"Nothing\"\n").unwrap_err().to_string();
     assert!(none.contains("at least one table [[steps]]"), "{none}");
+}
+
+#[test]
+fn steps_start_from_designs_of_earlier_ones() {
+    let after =
+        format!("{STUDY}\n[[steps]]\nname = \"after\"\nrun = \"bound\"\ntask = \"own.toml\"\nfrom = \"best\"\n");
+    let study = load(&after).unwrap();
+    assert_eq!(study.steps[2].command.asks().task().from, Some(PathBuf::from("out/best")));
+    let error = load(&after.replace("from = \"best\"", "from = \"bets\"")).unwrap_err().to_string();
+    assert!(
+        error.contains("must be an earlier step that is a `design` or `evaluate`, `best`; found `bets`"),
+        "{error}"
+    );
+    assert!(error.contains("did you mean `best`?"), "{error}");
 }
 
 #[test]

@@ -89,6 +89,26 @@ fn unstable_physics_is_not_flagged() {
     }
 }
 
+/// A pendulum that swings from where it is stable to where it falls over, within one step: its growth over the step is not that of
+/// the first instant, which is none. With few sub-steps, it is rough.
+#[test]
+fn physics_that_becomes_unstable_within_a_step_is_not_flagged() {
+    for (substeps, speed) in [(4, 9.0), (8, 9.0), (32, 9.0), (8, 12.0)] {
+        let mut description = Description {
+            model: format!("file = \"arm.urdf\"\nsubsteps = {substeps}\nlocked = [\"elbow\"]\n"),
+            sensors: sensor("joint_position", "variance = 1e-4"),
+            start: format!("\"q.shoulder\" = -0.4\n\"v.shoulder\" = {speed:?}\n"),
+            costs: cost("joint_velocity", "weight = 1.0") + &cost("control", "weight = 1.0"),
+            time_step: "0.1".into(),
+            ..arm()
+        };
+        description.steps = 3;
+        let found = stability(&description);
+        assert!(found.spectral_radius > 1.02, "{substeps}: {found:?}");
+        assert!(!found.numerically_unstable, "{substeps}: {found:?}");
+    }
+}
+
 #[test]
 fn shipped_tasks_are_stable() {
     let names =
