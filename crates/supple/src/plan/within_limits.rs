@@ -16,9 +16,14 @@ const MOST_ROUNDS: usize = 60;
 /// Stationarity to which the first round is solved, and the factor by which each round tightens it.
 const FIRST_TOLERANCE: f64 = 1e-3;
 const TIGHTER: f64 = 30.0;
-/// Factor by which a round should reduce excesses, and by which penalties grow if it does not.
+/// Factors by which a round should reduce excesses, far from keeping limits and close to that (in tolerances), and by which
+/// penalties grow if it does not. Far away, stiff penalties cost more iterations than they save rounds.
 const ENOUGH: f64 = 0.2;
+const ENOUGH_CLOSE: f64 = 0.02;
+const CLOSE: f64 = 1e7;
 const GROWTH: f64 = 10.0;
+/// After so many rounds in a row that reduced excesses by less than half, limits cannot be kept from where the search is.
+const MOST_STUCK: usize = 3;
 /// Maximum number of penalty growths: beyond that, rounding hides the rest of the cost.
 const MOST_GROWTHS: usize = 9;
 /// Distance from a limit, relative to it, within which a guess counts as being at that limit.
@@ -230,7 +235,7 @@ impl<'a> Rounds<'a> {
         work: &mut PlanWorkspace,
         scratch: &mut Scratch,
     ) -> PlanStatus {
-        let (mut tolerance, mut growths) = (FIRST_TOLERANCE, 0);
+        let (mut tolerance, mut growths, mut stuck) = (FIRST_TOLERANCE, 0, 0);
         let mut status = PlanStatus::LimitsExceeded;
         for _ in 0..MOST_ROUNDS {
             // Once limits are met, only the final tolerance remains.
@@ -243,8 +248,10 @@ impl<'a> Rounds<'a> {
             if left <= 1.0 && tolerance <= settings.tolerance {
                 break;
             }
-            if left > 1.0 && left > ENOUGH * missed {
-                if growths == MOST_GROWTHS {
+            stuck = if left > 1.0 && left > 0.5 * missed { stuck + 1 } else { 0 };
+            let enough = if missed < CLOSE { ENOUGH_CLOSE } else { ENOUGH };
+            if left > 1.0 && left > enough * missed {
+                if growths == MOST_GROWTHS || stuck == MOST_STUCK {
                     break;
                 }
                 growths += 1;
