@@ -159,6 +159,12 @@ impl Ends {
         (!list.is_empty()).then_some(Self { followed, list, of_control })
     }
 
+    /// Whether any of the limited quantities takes the next state.
+    #[must_use]
+    pub fn need_next(&self) -> bool {
+        self.followed.iter().any(|followed| followed.quantity.needs_next())
+    }
+
     /// The value of a bound.
     #[must_use]
     pub fn bound(&self, end: &LimitEnd) -> Value {

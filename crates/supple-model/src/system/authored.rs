@@ -425,8 +425,13 @@ impl<M: Model> System for Authored<M> {
             recorder.of_any_time_step().follow_limited(&self.followed, &limited)
         });
         let phi = self.with_time_step(phi, self.time_step.resolve::<f64>(phi) / parts as f64);
-        let batch = Batch { first: 0, count: at.stages };
-        program.run(batch, (&at_points(at), &phi), (Some(out), &mut []), scratch);
+        let (batch, [x, u]) = (Batch { first: 0, count: at.stages }, at_points(at));
+        if !self.followed.iter().any(|followed| followed.quantity.needs_next()) {
+            return program.run(batch, (&[x, u], &phi), (Some(out), &mut []), scratch);
+        }
+        let mut next = Matrices::vectors(at.stages, self.size.states);
+        step_repeatedly((self.step_over_program(), self.substeps), at, &phi, &mut next, scratch);
+        program.run(batch, (&[x, u, (&next).into()], &phi), (Some(out), &mut []), scratch);
     }
 
     fn constraints(&self) -> Option<&dyn Constraints> {

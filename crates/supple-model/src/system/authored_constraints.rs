@@ -2,11 +2,11 @@
 
 use std::sync::OnceLock;
 
-use supple_kernels::graph::{Batch, Program, Source};
+use supple_kernels::graph::{Program, Source};
 use supple_kernels::{Matrices, Scratch};
 
 use super::authored::Authored;
-use super::batch::{at_points, parts};
+use super::batch::{at_points, parts, weighed};
 use super::kept::Kept;
 use super::programs::{Recorder, excess_source};
 use super::{Constraints, ExcessVariation, KeptEnd, Points};
@@ -14,8 +14,8 @@ use crate::followed::{Followed, LimitEnd};
 use crate::{Channel, Model};
 
 impl<M: Model> Authored<M> {
-    /// Runs a program of stages and that of the end, each recorded when it is first asked for, where any of the weights of a
-    /// point, if there are weights, is not 0.
+    /// Runs a program of stages, unless their excesses take the next state, and that of the end, each recorded when it is first
+    /// asked for, where any of the weights of a point, if there are weights, is not 0.
     fn run_kept(
         &self,
         (cells, record): (&[OnceLock<Program>; 2], impl Fn(&Recorder<M>, bool) -> Program),
@@ -24,7 +24,8 @@ impl<M: Model> Authored<M> {
         (mut out, sums): (Option<&mut Matrices>, &mut [f64]),
         scratch: &mut Scratch,
     ) {
-        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+        let gives_next = self.kept.as_ref().is_some_and(|kept| kept.ends.need_next());
+        for (last, batch) in parts(&at).into_iter().filter(|(last, batch)| batch.count > 0 && (*last || !gives_next)) {
             for batch in weighed(batch, weights) {
                 let program = cells[usize::from(last)].get_or_init(|| record(&self.recorder(), last));
                 program.run(batch, (sources, phi), (out.as_deref_mut(), &mut *sums), scratch);
@@ -32,27 +33,6 @@ impl<M: Model> Authored<M> {
         }
     }
 }
-
-/// The parts of a batch at whose points any weight is not 0; all of it if there are no weights. Limits are active at few points
-/// of a plan, and their second derivatives take long.
-fn weighed(batch: Batch, weights: &[&Matrices]) -> Vec<Batch> {
-    if weights.is_empty() {
-        return vec![batch];
-    }
-    let counts = |point: usize| weights.iter().any(|weights| weights.vector(point).iter().any(|weight| *weight != 0.0));
-    let mut found: Vec<Batch> = Vec::new();
-    for point in (batch.first..batch.first + batch.count).filter(|&point| counts(point)) {
-        match found.last_mut() {
-            // Points that are this near to one another run together.
-            Some(part) if point < part.first + part.count + TOGETHER => part.count = point + 1 - part.first,
-            _ => found.push(Batch { first: point, count: 1 }),
-        }
-    }
-    found
-}
-
-/// Number of points that run at once at most.
-const TOGETHER: usize = 8;
 
 /// Systems without enforced limits do not expose this.
 impl<M: Model> Constraints for Authored<M> {
@@ -70,7 +50,11 @@ impl<M: Model> Constraints for Authored<M> {
     }
 
     fn excesses(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
-        let Some(Kept { ends, excesses, .. }) = &self.kept else { return };
+        let Some(kept) = &self.kept else { return };
+        let Kept { ends, excesses, .. } = kept;
+        if ends.need_next() {
+            self.write_excesses_of_next(kept, (at, phi), out, scratch);
+        }
         let program = (excesses, |recorder: &Recorder<M>, last| recorder.excesses(ends, last));
         self.run_kept(program, (at, &[]), (&at_points(at), phi), (Some(out), &mut []), scratch);
         for i in at.stages..at.count() {
@@ -91,7 +75,11 @@ impl<M: Model> Constraints for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        let Some(Kept { ends, jacobian, .. }) = &self.kept else { return };
+        let Some(kept) = &self.kept else { return };
+        let Kept { ends, jacobian, .. } = kept;
+        if ends.need_next() {
+            self.write_excess_jacobians_of_next(kept, (at, multipliers), phi, out, scratch);
+        }
         let program = (jacobian, |recorder: &Recorder<M>, last| recorder.excess_jacobian(ends, last));
         self.run_kept(program, (at, &[multipliers]), (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
@@ -104,10 +92,14 @@ impl<M: Model> Constraints for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        let Some(Kept { ends, curvature, .. }) = &self.kept else { return };
+        let Some(kept) = &self.kept else { return };
+        let Kept { ends, curvature, .. } = kept;
+        if ends.need_next() {
+            self.add_excess_curvature_of_next(kept, (at, multipliers), phi, out, scratch);
+        }
         let program = (curvature, |recorder: &Recorder<M>, last| recorder.excess_curvature(ends, last));
         let [x, u] = at_points(at);
-        let sources = [x, u, multipliers.into()];
+        let sources = [x, u, x, multipliers.into()];
         self.run_kept(program, (at, &[multipliers]), (&sources, phi), (Some(out), &mut []), scratch);
     }
 
@@ -120,18 +112,22 @@ impl<M: Model> Constraints for Authored<M> {
         parameters: &mut [f64],
         scratch: &mut Scratch,
     ) {
-        let Some(Kept { ends, parameter_gradient, parameter_gradient_along, .. }) = &self.kept else { return };
+        let Some(kept) = &self.kept else { return };
+        let Kept { ends, parameter_gradient, parameter_gradient_along, .. } = kept;
+        if ends.need_next() {
+            self.add_excess_gradient_of_next(kept, (at, multipliers), (variation, phi), parameters, scratch);
+        }
         let [x, u] = at_points(at);
         match variation {
             None => {
                 let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient(ends, last);
-                let sources = [x, u, multipliers.into()];
+                let sources = [x, u, x, multipliers.into()];
                 let program = (parameter_gradient, record);
                 self.run_kept(program, (at, &[multipliers]), (&sources, phi), (None, parameters), scratch);
             }
             Some(moved) => {
                 let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient_along(ends, last);
-                let mut sources = [x, u, x, x, x];
+                let mut sources = [x, u, x, x, x, x];
                 sources[excess_source::MULTIPLIERS] = multipliers.into();
                 sources[excess_source::VARIATION] = moved.joint.into();
                 sources[excess_source::MULTIPLIER_VARIATION] = moved.multipliers.into();

@@ -149,7 +149,8 @@ impl<M: Model> Authored<M> {
         for block in step.blocks(at.stages) {
             let steps = step.divide(at, block, scratch);
             let mut ends = steps.ending_with(costates, block.first + 1);
-            let given = self.gives_next.then(|| self.given_next(steps.clone(), phi, scratch));
+            let counting = || self.counting_of_next();
+            let given = self.gives_next.then(|| self.given_next((steps.clone(), counting()), phi, scratch));
             let of_cost = given.as_ref().map(|given| (given, self.quadratics(given, Curvature::Exact, phi, scratch)));
             if let Some((given, quadratics)) = &of_cost {
                 given.add_slopes_by_next(quadratics, &mut ends);
@@ -158,7 +159,7 @@ impl<M: Model> Authored<M> {
             let costates = ends;
             let moved = variation.map(|variation| {
                 let of_cost = of_cost.as_ref().map(|(given, quadratics)| (*given, quadratics));
-                self.vary(&steps, (&costates, block), (variation, of_cost), phi, scratch)
+                self.vary(&steps, (&costates, block), (variation, of_cost, None), phi, scratch)
             });
             if let Some(given) = &given {
                 let along = moved.as_ref().map(|[joint, _]| given.vary(joint));
@@ -176,11 +177,12 @@ impl<M: Model> Authored<M> {
     }
 
     /// The variations of the sub-steps' points and of the costates after them.
-    fn vary(
+    /// The variations of costates at the ends of stages are increased by `more`, vectors of the last sub-steps.
+    pub(super) fn vary(
         &self,
         steps: &Substeps,
         (costates, block): (&Matrices, Batch),
-        (variation, of_cost): (Variation, Option<(&GivenNext, &Matrices)>),
+        (variation, of_cost, more): (Variation, Option<(&GivenNext, &Matrices)>, Option<&Matrices>),
         phi: &[f64],
         scratch: &mut Scratch,
     ) -> [Matrices; 2] {
@@ -197,6 +199,9 @@ impl<M: Model> Authored<M> {
         let mut ends = steps.ending_with(variation.costates, block.first + 1);
         if let Some((given, quadratics)) = of_cost {
             given.add_products_by_next(quadratics, &given.vary(&moved), &mut ends);
+        }
+        if let Some(more) = more {
+            ends.as_mut_slice().iter_mut().zip(more.as_slice()).for_each(|(to, more)| *to += more);
         }
         steps.sweep_back(Some(&slopes), &mut ends, None);
         [moved, ends]

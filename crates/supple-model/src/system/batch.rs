@@ -20,6 +20,27 @@ pub(super) fn parts(at: &Points) -> [(bool, Batch); 2] {
     [(false, Batch { first: 0, count: at.stages }), (true, end)]
 }
 
+/// The parts of a batch at whose points any weight is not 0; all of it if there are no weights. Limits are active at few points
+/// of a plan, and their second derivatives take long.
+pub(super) fn weighed(batch: Batch, weights: &[&Matrices]) -> Vec<Batch> {
+    if weights.is_empty() {
+        return vec![batch];
+    }
+    let counts = |point: usize| weights.iter().any(|weights| weights.vector(point).iter().any(|weight| *weight != 0.0));
+    let mut found: Vec<Batch> = Vec::new();
+    for point in (batch.first..batch.first + batch.count).filter(|&point| counts(point)) {
+        match found.last_mut() {
+            // Points that are this near to one another run together.
+            Some(part) if point < part.first + part.count + TOGETHER => part.count = point + 1 - part.first,
+            _ => found.push(Batch { first: point, count: 1 }),
+        }
+    }
+    found
+}
+
+/// Number of points that run at once at most.
+const TOGETHER: usize = 8;
+
 /// Sources that are read at the points themselves.
 pub(super) fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
     [at.states.into(), at.controls.into()]

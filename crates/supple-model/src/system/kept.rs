@@ -8,6 +8,8 @@ use crate::followed::{Ends, Followed};
 #[derive(Debug)]
 pub(super) struct Kept {
     pub ends: Ends,
+    /// Which entries of the next state excesses depend on.
+    pub counting: OnceLock<Vec<usize>>,
     pub excesses: [OnceLock<Program>; 2],
     pub jacobian: [OnceLock<Program>; 2],
     pub curvature: [OnceLock<Program>; 2],
@@ -21,6 +23,7 @@ impl Kept {
         let cells = || [OnceLock::new(), OnceLock::new()];
         Some(Self {
             ends: Ends::of(followed)?,
+            counting: OnceLock::new(),
             excesses: cells(),
             jacobian: cells(),
             curvature: cells(),

@@ -19,6 +19,7 @@ mod authored_substeps;
 mod batch;
 mod constraints;
 mod convex;
+mod excess_next;
 mod hold;
 mod kept;
 mod next;

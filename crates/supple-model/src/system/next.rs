@@ -15,31 +15,31 @@ use crate::Model;
 /// Some stages with the states that they lead to.
 #[derive(Debug)]
 pub(super) struct GivenNext<'a> {
-    steps: Substeps,
+    pub steps: Substeps,
     /// The states after the stages.
     next: Matrices,
     /// `P_k`
-    products: Matrices,
+    pub products: Matrices,
     /// The entries of the next state that costs depend on.
     counting: &'a [usize],
     /// Lengths of `z`, and of `z` with these entries.
-    joint: usize,
-    wide: usize,
+    pub joint: usize,
+    pub wide: usize,
 }
 
 impl GivenNext<'_> {
     /// Inputs of costs: states, controls and next states.
-    fn sources(&self) -> [Source<'_>; 3] {
+    pub fn sources(&self) -> [Source<'_>; 3] {
         let Points { states, controls, .. } = self.steps.points();
         [states.into(), controls.into(), (&self.next).into()]
     }
 
-    fn batch(&self) -> Batch {
+    pub fn batch(&self) -> Batch {
         Batch { first: 0, count: self.steps.stages }
     }
 
     /// The rows of a stage's `P_s` for entries of the next state that costs depend on.
-    fn rows(&self, stage: usize) -> impl Iterator<Item = &[f64]> {
+    pub fn rows(&self, stage: usize) -> impl Iterator<Item = &[f64]> {
         let (product, stride) =
             (self.products.at(self.steps.last() + self.steps.stages + stage), self.products.stride());
         self.counting.iter().map(move |&row| &product[row * stride..][..stride])
@@ -115,7 +115,13 @@ fn times(matrices: &Matrices, index: usize, row: usize, vector: &[f64]) -> f64 {
 }
 
 impl<M: Model> Authored<M> {
-    pub(super) fn given_next(&self, steps: Substeps, phi: &[f64], scratch: &mut Scratch) -> GivenNext<'_> {
+    /// Some stages with the states that they lead to, of which those entries count.
+    pub(super) fn given_next<'a>(
+        &self,
+        (steps, counting): (Substeps, &'a [usize]),
+        phi: &[f64],
+        scratch: &mut Scratch,
+    ) -> GivenNext<'a> {
         let Points { states, controls, .. } = steps.points();
         let mut after = steps.vectors(self.size.states);
         let sources = [Source::from(states), controls.into()];
@@ -124,7 +130,7 @@ impl<M: Model> Authored<M> {
         for i in 0..steps.stages {
             next.vector_mut(i).copy_from_slice(after.vector(steps.last() + i));
         }
-        let (products, joint, counting) = (steps.products(), self.size.joint(), self.counting_of_next());
+        let (products, joint) = (steps.products(), self.size.joint());
         GivenNext { steps, next, products, counting, joint, wide: joint + counting.len() }
     }
 
@@ -152,7 +158,8 @@ impl<M: Model> Authored<M> {
     ) {
         let step = self.step_of(phi);
         for block in step.blocks(at.stages) {
-            let given = self.given_next(step.divide(at, block, scratch), phi, scratch);
+            let divided = (step.divide(at, block, scratch), self.counting_of_next());
+            let given = self.given_next(divided, phi, scratch);
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
             dispatch(Spread { given: &given, quadratics: &quadratics, out: &mut *out, first: block.first });
             if curvature == Curvature::Exact {
@@ -165,7 +172,12 @@ impl<M: Model> Authored<M> {
     }
 
     /// The costates of sub-steps that originate from the stage cost, alone or added to those given at the ends.
-    fn costates_of_cost(&self, given: &GivenNext, quadratics: &Matrices, ends: Option<Matrices>) -> Matrices {
+    pub(super) fn costates_of_cost(
+        &self,
+        given: &GivenNext,
+        quadratics: &Matrices,
+        ends: Option<Matrices>,
+    ) -> Matrices {
         let mut costates = ends.unwrap_or_else(|| given.steps.vectors(self.size.states));
         given.add_slopes_by_next(quadratics, &mut costates);
         given.steps.sweep_back(None, &mut costates, None);
@@ -202,7 +214,8 @@ impl<M: Model> Authored<M> {
     ) {
         let (step, n, size) = (self.step_of(phi), self.size.states, self.size.joint());
         for block in step.blocks(at.stages) {
-            let given = self.given_next(step.divide(at, block, scratch), phi, scratch);
+            let divided = (step.divide(at, block, scratch), self.counting_of_next());
+            let given = self.given_next(divided, phi, scratch);
             let (steps, wide, stages) = (&given.steps, given.wide, block.count);
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
             let mut spread = Matrices::zeros(stages, wide, wide + 1);
@@ -294,11 +307,11 @@ impl<M: Model> Authored<M> {
 }
 
 /// `[E' l'' E | E' l']` of stages, `out` from number `first` on.
-struct Spread<'a> {
-    given: &'a GivenNext<'a>,
-    quadratics: &'a Matrices,
-    out: &'a mut Matrices,
-    first: usize,
+pub(super) struct Spread<'a> {
+    pub given: &'a GivenNext<'a>,
+    pub quadratics: &'a Matrices,
+    pub out: &'a mut Matrices,
+    pub first: usize,
 }
 
 impl Job for Spread<'_> {

@@ -147,13 +147,12 @@ impl<'a, M: Model> Trace<'a, M> {
         Self { model, time_step, z, next: None, phi: (0..parameters).map(Node::parameter).collect() }
     }
 
-    /// The same with the next state as an input. Those of its entries that the stage costs depend on become variables;
-    /// none if `costs` is `None`.
-    pub fn given_next(self, costs: Option<&[Cost]>) -> Self {
+    /// The same with the next state as an input. Those of its entries that some functions of it depend on become variables.
+    pub fn given_next(self, functions: impl FnOnce(&Self) -> Vec<Node>) -> Self {
         let next = entries(source::NEXT, self.model.dimensions().states);
         let given = Self { next: Some((next.clone(), Vec::new())), ..self };
-        let cost = costs.map(|costs| given.cost(costs, false));
-        let counts = |i: &usize| cost.is_some_and(|cost| depends(&[cost], next[*i]));
+        let functions = functions(&given);
+        let counts = |i: &usize| depends(&functions, next[*i]);
         let counting = (0..next.len()).filter(counts).collect();
         Self { next: Some((next, counting)), ..given }
     }
@@ -162,13 +161,13 @@ impl<'a, M: Model> Trace<'a, M> {
         self.next.as_ref().map(|(next, _)| &next[..])
     }
 
-    /// Entries of the next state that the costs depend on; empty unless it is an input.
+    /// Entries of the next state that are variables; none unless it is an input.
     pub fn counting(&self) -> &[usize] {
         self.next.as_ref().map_or(&[], |(_, counting)| counting)
     }
 
-    /// Variables of costs: `z`, and entries of the next state if they take it.
-    pub fn of_cost(&self) -> Vec<Node> {
+    /// `z`, and the entries of the next state that are variables.
+    pub fn with_next(&self) -> Vec<Node> {
         let next = self.next.iter().flat_map(|(next, counting)| counting.iter().map(|&i| next[i]));
         self.z.iter().copied().chain(next).collect()
     }

@@ -10,14 +10,28 @@ use crate::followed::{Ends, LimitEnd};
 use crate::quantity::Quantity;
 use crate::system::trace::{Trace, entries};
 
-/// Numbers of the sources that these programs read beside state and control.
+/// Numbers of the sources that these programs read beside state, control and next state.
 pub(in crate::system) mod excess_source {
-    pub const MULTIPLIERS: usize = 2;
-    pub const VARIATION: usize = 3;
-    pub const MULTIPLIER_VARIATION: usize = 4;
+    pub const MULTIPLIERS: usize = 3;
+    pub const VARIATION: usize = 4;
+    pub const MULTIPLIER_VARIATION: usize = 5;
 }
 
 impl<M: Model> Recorder<'_, M> {
+    /// The variables of excesses: the next state is one where any of the limited quantities takes it.
+    pub(super) fn trace_excess(&self, ends: &Ends, last: bool) -> Trace<'_, M> {
+        let trace = self.trace(last);
+        match ends.need_next() {
+            false => trace,
+            true => trace.given_next(|given| if last { Vec::new() } else { self.excess(given, ends, false) }),
+        }
+    }
+
+    /// Which entries of the next state excesses depend on.
+    pub fn excesses_count(&self, ends: &Ends) -> Vec<usize> {
+        record(|| self.trace_excess(ends, false).counting().to_vec())
+    }
+
     /// The excess at every side of a limit; at the end of a plan, 0 for numbers that depend on the control.
     pub(super) fn excess(&self, trace: &Trace<M>, ends: &Ends, last: bool) -> Vec<Node> {
         let quantities: Vec<&Quantity> = ends.followed.iter().map(|followed| &followed.quantity).collect();
@@ -36,16 +50,17 @@ impl<M: Model> Recorder<'_, M> {
 
     /// `e`
     pub fn excesses(&self, ends: &Ends, last: bool) -> Program {
-        record(|| Program::compile(&vector(&self.excess(&self.trace(last), ends, last))))
+        record(|| Program::compile(&vector(&self.excess(&self.trace_excess(ends, last), ends, last))))
     }
 
-    /// `e_z`
+    /// `e_z`, by the next state too where it is given.
     pub fn excess_jacobian(&self, ends: &Ends, last: bool) -> Program {
         record(|| {
-            let trace = self.trace(last);
+            let trace = self.trace_excess(ends, last);
+            let variables = trace.with_next();
             let mut outputs = Outputs::new();
-            let stride = padded(trace.z.len());
-            for (i, row) in jacobian(&self.excess(&trace, ends, last), &trace.z).into_iter().enumerate() {
+            let stride = padded(variables.len());
+            for (i, row) in jacobian(&self.excess(&trace, ends, last), &variables).into_iter().enumerate() {
                 for (j, entry) in row.into_iter().enumerate() {
                     set(&mut outputs, entry, i * stride + j);
                 }
@@ -54,16 +69,20 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// `(mu' e)_zz`, added.
+    /// `[(mu' e)_zz | 0]`, by the next state too where it is given, and then `(mu' e)_z` in the last column; added.
     pub fn excess_curvature(&self, ends: &Ends, last: bool) -> Program {
         record(|| {
-            let trace = self.trace(last);
-            let excess = self.excess(&trace, ends, last);
+            let trace = self.trace_excess(ends, last);
+            let (excess, variables) = (self.excess(&trace, ends, last), trace.with_next());
             let multipliers = entries(excess_source::MULTIPLIERS, excess.len());
-            let gradient = vjp(&weigh(&excess, &multipliers).collect::<Vec<_>>(), &trace.z);
-            let stride = padded(trace.z.len() + 1);
+            let gradient = vjp(&weigh(&excess, &multipliers).collect::<Vec<_>>(), &variables);
+            let stride = padded(variables.len() + 1);
             let mut outputs = Outputs::new();
-            for (a, row) in jacobian(&gradient, &trace.z).into_iter().enumerate() {
+            if variables.len() > trace.z.len() {
+                let slopes = gradient.iter().enumerate();
+                slopes.for_each(|(a, &slope)| add(&mut outputs, slope, a * stride + variables.len()));
+            }
+            for (a, row) in jacobian(&gradient, &variables).into_iter().enumerate() {
                 for (b, entry) in row.into_iter().enumerate() {
                     add(&mut outputs, entry, a * stride + b);
                 }
@@ -72,25 +91,26 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// `mu' e_phi`
+    /// `mu' e_phi`, with the next state held fixed where it is given.
     pub fn excess_parameter_gradient(&self, ends: &Ends, last: bool) -> Program {
         record(|| {
-            let trace = self.trace(last);
+            let trace = self.trace_excess(ends, last);
             let excess = self.excess(&trace, ends, last);
             let multipliers = entries(excess_source::MULTIPLIERS, excess.len());
             sums(by_parameters(&trace, &weigh(&excess, &multipliers).collect::<Vec<_>>()))
         })
     }
 
-    /// `dz' (mu' e)_{z phi} + dmu' e_phi`
+    /// `dz' (mu' e)_{z phi} + dmu' e_phi`, the same.
     pub fn excess_parameter_gradient_along(&self, ends: &Ends, last: bool) -> Program {
         record(|| {
-            let trace = self.trace(last);
+            let trace = self.trace_excess(ends, last);
             let excess = self.excess(&trace, ends, last);
             let multipliers = entries(excess_source::MULTIPLIERS, excess.len());
             let moved = entries(excess_source::MULTIPLIER_VARIATION, excess.len());
-            let dz = entries(excess_source::VARIATION, trace.z.len());
-            let rates = tangent(&excess, &weigh(&trace.z, &dz).collect::<Vec<_>>());
+            let variables = trace.with_next();
+            let dz = entries(excess_source::VARIATION, variables.len());
+            let rates = tangent(&excess, &weigh(&variables, &dz).collect::<Vec<_>>());
             let weighed: Vec<_> = weigh(&rates, &multipliers).chain(weigh(&excess, &moved)).collect();
             sums(by_parameters(&trace, &weighed))
         })
@@ -99,7 +119,8 @@ impl<M: Model> Recorder<'_, M> {
 
 /// The gradient of a weighted sum by the parameters, the variables of the point held fixed.
 fn by_parameters<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Vec<Node> {
-    vjp(weighed, &[trace.z.clone(), trace.phi.clone()].concat()).split_off(trace.z.len())
+    let variables = trace.with_next();
+    vjp(weighed, &[&variables[..], &trace.phi].concat()).split_off(variables.len())
 }
 
 fn sums(gradient: Vec<Node>) -> Program {

@@ -103,7 +103,7 @@ impl<M: Model> Recorder<'_, M> {
     pub fn contract_cost(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
             let trace = self.trace_cost(last);
-            let joint = trace.of_cost().len();
+            let joint = trace.with_next().len();
             let hessian = self.cost_curvature(&trace, curvature, last);
             let weighed = weighed_triangle(&hessian, padded(joint + 1));
             Program::compile(&contraction(&trace, &weighed))
@@ -126,7 +126,7 @@ fn weighed_triangle(hessian: &[Vec<Node>], stride: usize) -> Vec<(Node, Node)> {
 /// The gradient of a weighted sum with respect to `z`, added to the last column of the joint matrix, and to the
 /// parameters. If the next state is an input, the joint matrix has rows and columns for it too.
 fn contraction<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Outputs {
-    let variables = trace.of_cost();
+    let variables = trace.with_next();
     let joint = variables.len();
     let gradient = vjp(weighed, &[variables, trace.phi.clone()].concat());
     let mut outputs = Outputs::new();

@@ -15,7 +15,7 @@ impl<M: Model> Recorder<'_, M> {
     pub fn cost_quadratic(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
             let trace = self.trace_cost(last);
-            let variables = trace.of_cost();
+            let variables = trace.with_next();
             let joint = variables.len();
             let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &variables);
             let exact = jacobian(&gradient, &variables);
@@ -46,7 +46,7 @@ impl<M: Model> Recorder<'_, M> {
         match curvature {
             Curvature::GaussNewton => self.gauss_newton(trace, last),
             Curvature::Exact => {
-                let variables = trace.of_cost();
+                let variables = trace.with_next();
                 let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &variables);
                 jacobian(&gradient, &variables)
             }
@@ -54,7 +54,7 @@ impl<M: Model> Recorder<'_, M> {
     }
 
     fn gauss_newton(&self, trace: &Trace<M>, last: bool) -> Vec<Vec<Node>> {
-        let variables = trace.of_cost();
+        let variables = trace.with_next();
         let joint = variables.len();
         let mut hessian = vec![vec![Node::zero(); joint]; joint];
         for (cost, r) in self.costs.iter().zip(trace.residuals(self.costs)) {
@@ -106,7 +106,7 @@ impl<M: Model> Recorder<'_, M> {
     /// Adds the curvature of the model's own norm, of which the residual is the variable.
     fn add_own(&self, trace: &Trace<M>, last: bool, hessian: &mut [Vec<Node>]) {
         let residual = trace.own_residual(last);
-        let rows = jacobian(&residual, &trace.of_cost());
+        let rows = jacobian(&residual, &trace.with_next());
         let free: Vec<Node> = residual.into_iter().map(Node::opaque).collect();
         let gradient = vjp(&[(trace.own_norm(&free, last), Node::one())], &free);
         for (i, curvatures) in jacobian(&gradient, &free).into_iter().enumerate() {

@@ -54,9 +54,9 @@ impl<M: Model> Recorder<'_, M> {
         let trace = self.trace(last);
         match last {
             _ if !self.gives_next() => trace,
-            false => trace.given_next(Some(self.costs)),
+            false => trace.given_next(|given| vec![given.cost(self.costs, false)]),
             true if self.needs_next(true) => trace,
-            true => trace.given_next(None),
+            true => trace.given_next(|_| Vec::new()),
         }
     }
 
@@ -75,7 +75,7 @@ impl<M: Model> Recorder<'_, M> {
             let trace = self.trace(false);
             let Dynamics { next, residual, .. } = trace.dynamics();
             let mut all = [next, residual, trace.measurement()].concat();
-            all.extend(ends.map_or_else(Vec::new, |ends| self.excess(&trace, ends, false)));
+            all.extend(ends.map_or_else(Vec::new, |ends| self.excess(&self.trace_excess(ends, false), ends, false)));
             all.extend([trace.cost(self.costs, false), self.trace(true).cost(self.costs, true)]);
             trace.phi.iter().map(|&parameter| depends(&all, parameter)).collect()
         })

@@ -38,7 +38,7 @@ impl<M: Model> Recorder<'_, M> {
         record(|| {
             let trace = self.trace_of(of);
             let mut weighed = vec![(of.cost(&trace, self.costs), Node::one())];
-            let mut held = trace.of_cost();
+            let mut held = trace.with_next();
             if of.has_step() {
                 let dynamics = trace.dynamics();
                 let Linearised { f_w, .. } = dynamics.linearise(&trace.z);
@@ -61,7 +61,7 @@ impl<M: Model> Recorder<'_, M> {
     pub fn parameter_gradient_along(&self, of: GradientOf) -> Program {
         record(|| {
             let trace = self.trace_of(of);
-            let moving = trace.of_cost();
+            let moving = trace.with_next();
             let dz = entries(source::VARIATION, moving.len());
             let seeds: Vec<_> = weigh(&moving, &dz).collect();
             let cost = of.cost(&trace, self.costs);

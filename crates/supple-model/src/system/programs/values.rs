@@ -38,7 +38,10 @@ impl<M: Model> Recorder<'_, M> {
     pub fn follow_limited(&self, followed: &[Followed], limited: &[bool]) -> Program {
         let quantities: Vec<&Quantity> = followed.iter().map(|followed| &followed.quantity).collect();
         record(|| {
-            let numbers = self.trace(false).values(&quantities).concat();
+            let trace = self.trace(false);
+            let takes_next = quantities.iter().any(|quantity| quantity.needs_next());
+            let trace = if takes_next { trace.given_next(|_| Vec::new()) } else { trace };
+            let numbers = trace.values(&quantities).concat();
             let kept = numbers.into_iter().zip(limited).filter(|(_, limited)| **limited);
             Program::compile(&vector(&kept.map(|(number, _)| number).collect::<Vec<_>>()))
         })

@@ -411,3 +411,139 @@ fn limits_must_be_known() {
     );
     assert_says(&linear, said);
 }
+
+/// Efforts at the ends of steps take the next state: their derivatives, composed from those of sub-steps, are those of
+/// differences, at the points that have multipliers.
+#[test]
+fn derivatives_of_limits_that_take_the_next_state_are_those_of_differences() {
+    for substeps in [1, 3] {
+        let drives = "[model.drives]\nshoulder = { kp = \"kp\", kv = 80.0 }\nelbow = { kp = 400.0, kv = \"kv\" }\n";
+        let costs = cost("joint_position", "weight = 1.0") + &cost("control", "weight = 1e-3");
+        let mut divided = Description {
+            steps: 12,
+            parameters: vec![("kp", 900.0), ("kv", 30.0)],
+            ..arm().with(drives).costing(&costs)
+        };
+        divided.model.insert_str(0, &format!("substeps = {substeps}\n"));
+        let limits = "[{ kind = \"drive_effort\", select = [\"shoulder\", \"elbow\"], lower = -30.0, upper = 30.0, enforce = true },\n\
+                      { kind = \"joint_acceleration\", select = [\"slide\"], upper = 3.0, enforce = true }]";
+        let text = divided.text().replace("steps = 12", &format!("limits = {limits}\nsteps = 12"));
+        let problem = supple_file::parse(&text, "tests/data/task.toml").unwrap();
+        let (system, phi) = (&*problem.tasks[0].system, problem.parameters.initial());
+        let limits = system.constraints().unwrap();
+        let (size, ends) = (system.dimensions(), limits.bounds(&phi).len());
+        let (n, joint) = (size.states, size.joint());
+        let mut scratch = Scratch::new();
+        let wave = |i: usize, j: usize, size: f64| size * (1.3 * i as f64 + 2.1 * j as f64 + 0.4).sin();
+        let rows = |count: usize, len: usize, size: f64| {
+            let rows: Vec<Vec<f64>> = (0..count).map(|i| (0..len).map(|j| wave(i, j, size)).collect()).collect();
+            Matrices::of_rows(&rows, len)
+        };
+        let (stages, z) = (12, rows(12, joint, 0.3));
+        let mut multipliers = rows(stages, ends, 1.0);
+        let mut moved = rows(stages, ends, 0.7);
+        for idle in [0, 1, 2, 3, 4, 5, 6, 7, 8, 10] {
+            multipliers.vector_mut(idle).fill(0.0);
+            moved.vector_mut(idle).fill(0.0);
+        }
+        let split = |z: &Matrices| {
+            let part = |from: usize, to: usize| {
+                let rows: Vec<Vec<f64>> = (0..stages).map(|i| z.vector(i)[from..to].to_vec()).collect();
+                Matrices::of_rows(&rows, to - from)
+            };
+            [part(0, n), part(n, joint)]
+        };
+        let mut excesses = |z: &Matrices, phi: &[f64]| {
+            let [states, controls] = split(z);
+            let at = Points { states: &states, controls: &controls, stages, has_end: false, times: Times::From(1) };
+            let mut out = Matrices::vectors(stages, ends);
+            limits.excesses(at, phi, &mut out, &mut scratch);
+            out
+        };
+        // Derivatives by one coordinate of all points at once.
+        let step = 1e-5;
+        let shifted = |j: usize, by: f64| {
+            let mut z = z.clone();
+            (0..stages).for_each(|i| z.vector_mut(i)[j] += by);
+            z
+        };
+        let difference = |ahead: &Matrices, back: &Matrices| {
+            let pairs = ahead.as_slice().iter().zip(back.as_slice());
+            pairs.map(|(ahead, back)| (ahead - back) / (2.0 * step)).collect::<Vec<f64>>()
+        };
+        let numeric: Vec<Vec<f64>> = (0..joint)
+            .map(|j| difference(&excesses(&shifted(j, step), &phi), &excesses(&shifted(j, -step), &phi)))
+            .collect();
+        let mut scratch = Scratch::new();
+        let mut jacobian = |z: &Matrices, phi: &[f64]| {
+            let [states, controls] = split(z);
+            let at = Points { states: &states, controls: &controls, stages, has_end: false, times: Times::From(1) };
+            let mut out = Matrices::zeros(stages, ends, joint);
+            limits.excess_jacobians(at, phi, &multipliers, &mut out, &mut scratch);
+            out
+        };
+        let exact = jacobian(&z, &phi);
+        let width = Matrices::vectors(1, ends).stride();
+        for (i, j, end) in [9, 11].iter().flat_map(|&i| (0..joint).flat_map(move |j| (0..ends).map(move |e| (i, j, e))))
+        {
+            let (found, expected) = (exact.get(i, end, j), numeric[j][i * width + end]);
+            assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{substeps} {i} {j}: {found} {expected}");
+        }
+        assert!((0..9).all(|i| exact.at(i).iter().all(|entry| *entry == 0.0)), "points without multipliers");
+        // Second derivatives, by differences of the first ones, weighed by multipliers.
+        let weighed = |jacobians: &Matrices, i: usize, a: usize| -> f64 {
+            (0..ends).map(|end| multipliers.vector(i)[end] * jacobians.get(i, end, a)).sum()
+        };
+        let mut curvature = Matrices::zeros(stages, joint, joint + 1);
+        let [states, controls] = split(&z);
+        let at = Points { states: &states, controls: &controls, stages, has_end: false, times: Times::From(1) };
+        limits.add_excess_curvature(at, &phi, &multipliers, &mut curvature, &mut Scratch::new());
+        for j in 0..joint {
+            let (ahead, back) = (jacobian(&shifted(j, step), &phi), jacobian(&shifted(j, -step), &phi));
+            for (i, a) in [9, 11].iter().flat_map(|&i| (0..joint).map(move |a| (i, a))) {
+                let expected = (weighed(&ahead, i, a) - weighed(&back, i, a)) / (2.0 * step);
+                let found = curvature.get(i, a, j);
+                assert!(
+                    (found - expected).abs() < 1e-5 * (1.0 + expected.abs()),
+                    "{substeps} {a} {j}: {found} {expected}"
+                );
+            }
+        }
+        // By the parameters, and along a variation of points and multipliers.
+        let variation = rows(stages, joint, 0.2);
+        let gradient = |z: &Matrices, multipliers: &Matrices, along: Option<ExcessVariation>| {
+            let [states, controls] = split(z);
+            let at = Points { states: &states, controls: &controls, stages, has_end: false, times: Times::From(1) };
+            let mut out = vec![0.0; phi.len()];
+            limits.add_excess_parameter_gradient(at, &phi, multipliers, along, &mut out, &mut Scratch::new());
+            out
+        };
+        let total = |excesses: &Matrices| -> f64 {
+            excesses.as_slice().iter().zip(multipliers.as_slice()).map(|(excess, mu)| excess * mu).sum()
+        };
+        let found = gradient(&z, &multipliers, None);
+        for (index, found) in found.iter().enumerate() {
+            let mut at = |by: f64| {
+                let mut phi = phi.clone();
+                phi[index] += by;
+                total(&excesses(&z, &phi))
+            };
+            let expected = (at(1e-3) - at(-1e-3)) / 2e-3;
+            assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{substeps}: {found} {expected}");
+        }
+        let along = |by: f64| {
+            let add = |to: &Matrices, more: &Matrices| {
+                let mut sum = to.clone();
+                sum.as_mut_slice().iter_mut().zip(more.as_slice()).for_each(|(to, more)| *to += by * more);
+                sum
+            };
+            gradient(&add(&z, &variation), &add(&multipliers, &moved), None)
+        };
+        let (ahead, back) = (along(1e-4), along(-1e-4));
+        let moving = ExcessVariation { joint: &variation, multipliers: &moved };
+        for (index, found) in gradient(&z, &multipliers, Some(moving)).iter().enumerate() {
+            let expected = (ahead[index] - back[index]) / 2e-4;
+            assert!((found - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{substeps}: {found} {expected}");
+        }
+    }
+}
