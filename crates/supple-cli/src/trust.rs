@@ -7,8 +7,8 @@ use supple::{Evaluation, Trust};
 
 use crate::tables::number;
 
-/// Table rows: information, costs and filter consistency found in roll-outs.
-pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
+/// Table rows: information, costs and filter consistency found in roll-outs of a task, which keeps this cost limit, if any.
+pub fn rows(sampled: &MonteCarlo, kept: Option<f64>) -> Vec<(&'static str, String, String)> {
     let mut rows = Vec::new();
     if let Some(bits) = sampled.realised_bits {
         let note =
@@ -17,10 +17,12 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
     }
     if let Some(finer) = &sampled.finer {
         let FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = *finer;
+        let above = kept.filter(|limit| cost_mean > *limit).map(|limit| format!("; above the limit {}", number(limit)));
         let note = match diverged {
             0 => format!(
-                "plant with {times} times finer steps; {rollouts} roll-outs; {} on the task's steps",
-                number(own_cost_mean)
+                "plant with {times} times finer steps; {rollouts} roll-outs; {} on the task's steps{}",
+                number(own_cost_mean),
+                above.unwrap_or_default()
             ),
             _ => format!("plant of {times} times finer steps; {diverged} of {rollouts} roll-outs diverged"),
         };

@@ -9,8 +9,7 @@ use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task, TaskAt, check_rollouts};
 use crate::simulate::{
-    BATCH, ClosedLoop, LimitShare, LoopSetting, MonteCarlo, Motion, NoiseFactors, Plant, Rollouts, Truth, Watch, World,
-    in_batches,
+    BATCH, ClosedLoop, LoopSetting, MonteCarlo, Motion, NoiseFactors, Plant, Rollouts, Truth, Watch, World, in_batches,
 };
 use crate::{Error, contact_reports};
 
@@ -26,8 +25,6 @@ pub struct Runs {
     pub costs: Vec<f64>,
     /// Last true state of each, vectors of length n; meaningless if it diverged.
     pub last_states: Rows,
-    /// The limit that the plan keeps and half of them are furthest beyond, by more than a tenth.
-    pub limit_left: Option<LimitShare>,
 }
 
 /// A plan in closed loop on a plant and, under the same noise, on the task's own model.
@@ -154,7 +151,6 @@ impl Runs {
         let (outcomes, last_states): (Vec<_>, Vec<_>) = in_batches(setting, rollouts, batch, kept)?.into_iter().unzip();
         let mut together = MonteCarlo::of(setting, outcomes.concat(), predicted, rollouts.seed);
         let costs = std::mem::take(&mut together.costs);
-        let limit_left = LimitShare::furthest(together.limits.iter()).cloned();
-        Ok(Self { together, costs, last_states: last_states.concat(), limit_left })
+        Ok(Self { together, costs, last_states: last_states.concat() })
     }
 }

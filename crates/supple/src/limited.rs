@@ -32,8 +32,8 @@ pub(crate) enum Of {
 }
 
 impl LimitedNumber {
-    /// Those of a task along a plan: states and controls that the robot limits, then quantities that the task does. A
-    /// limit of the robot's that the task repeats counts once.
+    /// Those of a task along a plan: states and controls that the robot limits, then quantities that robot and task do. A limit
+    /// that is given twice counts once.
     pub fn all(TaskAt { task, phi }: TaskAt, plan: &Trajectory) -> Vec<Self> {
         let system = &*task.system;
         let channels = system.channels();
@@ -53,7 +53,6 @@ impl LimitedNumber {
         if numbers.is_empty() {
             return all;
         }
-        let of_robot = all.len();
         let mut values = Matrices::vectors(plan.states.count(), numbers.len());
         let controls = with_last(&plan.controls);
         let stages = plan.states.count();
@@ -64,7 +63,7 @@ impl LimitedNumber {
             let mut planned = along(&values, place);
             planned.truncate(if depends_on_control { plan.steps() } else { stages });
             let is_known = |known: &Self| known.limits == number.limits && known.planned == planned;
-            if !all[..of_robot].iter().any(is_known) {
+            if !all.iter().any(is_known) {
                 let of = Of::Quantity { place, depends_on_control };
                 all.push(Self { channel: number.channel, limits: number.limits, of, planned });
             }

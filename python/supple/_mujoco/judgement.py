@@ -13,7 +13,7 @@ from ..checks import Linearisation
 from ..reports import LimitShare
 from ..validation import SampledLoop
 
-__all__ = ["Conclusion", "Moves", "conclude", "enlarged", "sampled"]
+__all__ = ["Conclusion", "Moves", "conclude", "enlarged", "furthest_left", "sampled"]
 
 #: Consistency of a filter on MuJoCo from which it is worth a word, as in `supple evaluate`, and from which the design is
 #: broken there.
@@ -26,6 +26,8 @@ DEARER, MUCH_DEARER = 0.1, 10.0
 AT_LIMIT = 1e-3
 #: Share of a limit by which a plan may exceed it without a word.
 AT_RANGE = 1e-3
+#: Share of a limit that a plan keeps by which half of the roll-outs may exceed it without a word.
+LEFT = 0.1
 #: Times of the predicted information that is worth a word.
 MORE_BITS = 2.0
 #: Share of supple's own roll-outs that end well of which MuJoCo's may fall short without a word.
@@ -151,11 +153,6 @@ class Moves:
         }
         most = max(shares, key=lambda name: shares[name])
         dt = self.plan.time_step
-        if not self.is_settled:
-            return (
-                "MuJoCo's own steps are not short enough for the stiffest forces on this robot, such as friction on a light "
-                "link, so that its numbers are rough: choose softer ones, such as a larger `slip` or `smoothing` of contacts"
-            )
         if whole <= small:
             return (
                 "single steps are those of MuJoCo up to what the filter notices, so the model is not at fault: the closed loop "
@@ -164,6 +161,11 @@ class Moves:
             )
         if most == "varied":
             return f"the robot differs from supple's model as requested ({self.asked}), which has the largest effect"
+        if not self.is_settled and not (most == "coarse" and is_enough):
+            return (
+                "MuJoCo's own steps are not short enough for the stiffest forces on this robot, such as friction on a light "
+                "link, so that its numbers are rough: choose softer ones, such as a larger `slip` or `smoothing` of contacts"
+            )
         if most == "coarse":
             moved = "moves as MuJoCo does" if is_enough else "comes nearer to MuJoCo's motion"
             shown = f"with {fine} sub-steps supple {moved}, with {self.substeps} it does not"
@@ -214,6 +216,11 @@ def conclude(
         return Conclusion(f"{verdict}: {ranges}{_beyond(left)}", breaks)
     if not doubts:
         words = "the design holds on MuJoCo as predicted"
+        if plant.ends_well < 1.0 - FEWER_END_WELL:
+            words += (
+                f"; but only {plant.ends_well:.0%} of the roll-outs there, and {own.ends_well:.0%} on supple's own model, end within "
+                f"the spread that is predicted (furthest: `{furthest}`): the linearisation misses what noise does to it"
+            )
         if limit is not None and _exceeds(limit, cost, plant):
             low, high = plant.cost_interval_95
             share = plant.cost_mean / limit - 1.0
@@ -282,6 +289,16 @@ def _ranges(plant: SampledLoop) -> str:
         f"{worst.median:.4g}{unit} in half of the roll-outs, with a limit of {worst.limit:.4g}{unit}{others}; let the plan keep "
         "them (`enforce_effort_limits`, limits with `enforce = true`), or give it more time"
     )
+
+
+def furthest_left(limits: Sequence[LimitShare]) -> LimitShare | None:
+    """Of the limits that the plan keeps, the one that half of the roll-outs are furthest beyond, if any of them is by much."""
+
+    def beyond(limit: LimitShare) -> float:
+        return _excess(limit, np.array([limit.median]))
+
+    kept = [limit for limit in limits if _excess(limit, limit.planned) <= AT_RANGE and beyond(limit) > LEFT]
+    return max(kept, key=beyond, default=None)
 
 
 def _excess(limit: LimitShare, values: Array) -> float:

@@ -51,6 +51,7 @@ class Plant:
         options.impratio = STICKING
         options.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.mj)
+        self._least, self._most = (np.full((copies, int(single.nu)), sign * np.inf) for sign in (1.0, -1.0))
         if robot.inertias:
             for copy in range(copies):
                 for name, moments in robot.inertias.items():
@@ -63,7 +64,7 @@ class Plant:
         """Views of MuJoCo's arrays by copy, and the indices of their contents."""
         robot, data, R = self.robot, self.data, self.copies
         self._qpos, self._qvel = data.qpos.reshape(R, -1), data.qvel.reshape(R, -1)
-        self._ctrl = data.ctrl.reshape(R, -1)
+        self._ctrl, self._force = data.ctrl.reshape(R, -1), data.actuator_force.reshape(R, -1)
         self._place = data.xpos[1:].reshape(R, -1, 3)
         self._turn = data.xmat[1:].reshape(R, -1, 3, 3)
         self._centre = data.xipos[1:].reshape(R, -1, 3)
@@ -81,6 +82,7 @@ class Plant:
         self._friction = np.array(list(robot.friction.values()))
         # Columns of supple's controls in MuJoCo's order.
         self._columns = [robot.controls.index(single.actuator(i).name) for i in range(single.nu)]
+        self._gears = single.actuator_gear[:, 0].copy()
         self._dofs = {name: self._file_joints[robot.row[name]] for name in robot.joints}
         self._dofs |= dict(zip(robot.motors, self._motors, strict=True))
         # Drives are called after their joints, or after the actuators of the file; what several of them exert together on a
@@ -128,6 +130,8 @@ class Plant:
                 mujoco.mj_step1(self.mj, self.data)
                 self.apply()
                 mujoco.mj_step2(self.mj, self.data)
+                np.minimum(self._least, self._force, out=self._least)
+                np.maximum(self._most, self._force, out=self._most)
                 beyond = ~(np.abs(self._qvel) < _WILD).all(axis=1)
                 if beyond.any():
                     wild |= beyond
@@ -140,6 +144,14 @@ class Plant:
             recalled = (recall(before, controls, found, efforts) for recall in self._recalled)
             found = np.column_stack([found, *recalled])
         found[wild] = np.nan
+        return found
+
+    def peaks(self) -> dict[str, tuple[Array, Array]]:
+        """The least and the greatest effort, (R,), that each drive has exerted within any step, by ``effort of DRIVE``."""
+        found = {}
+        for place, column in enumerate(self._columns):
+            ends = np.array([self._least[:, place], self._most[:, place]]) * self._gears[place]
+            found[f"effort of {self.robot.controls[column].partition('.')[2]}"] = ends.min(axis=0), ends.max(axis=0)
         return found
 
     def _recalling(self, name: str) -> Callable[[Array, Array, Array, Array], Array]:

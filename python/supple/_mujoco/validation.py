@@ -21,7 +21,7 @@ from ..reports import Consistency, LimitShare
 from ..results import Design, Evaluation
 from ..task import Task
 from ..validation import SampledLoop, TaskValidation, Validation
-from .judgement import Moves, conclude, enlarged, sampled
+from .judgement import Moves, conclude, enlarged, furthest_left, sampled
 from .plant import Plant
 from .robot import FACTORS, Robot
 
@@ -49,6 +49,8 @@ VARY: dict[str, list[tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "contact.dissipation": [(("contact",), ("dissipation",))],
 }
 
+#: What the names of efforts in the first sub-step end with.
+EARLY = " in the first sub-step"
 #: MuJoCo's steps are short enough where halving them changes velocities by this share of what a step of the task does, and
 #: innovations by this share of what the filter expects.
 CONVERGED, ENLARGED = 1e-2, 5e-3
@@ -167,7 +169,10 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
 
     def rolled_out(task: NativeTask, robot: Robot) -> dict[str, Any]:
         plant = Plant(robot, sizes[0], plan.time_step, steps)
-        return task.roll_out_elsewhere(name, truth, lambda x, u, _: plant.step(x, u), sizes)
+        found = task.roll_out_elsewhere(name, truth, lambda x, u, _: plant.step(x, u), sizes)
+        for runs, peaks in ((found["own"], {}), (found["plant"], plant.peaks())):
+            runs["limits"] = [build(LimitShare, limit) for limit in _at_peaks(runs.get("limits", []), peaks)]
+        return found
 
     found = rolled_out(task._native, trial.robot)
     stops = _stops(task._native, name)
@@ -176,7 +181,7 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         stopped = rolled_out(known, trial.with_stops(stops))["plant"]
         # What is commanded may be outside of ranges; what acts is not.
         cut = {reported for of, (reported, _) in stops.items() if not of.startswith("q.")}
-        stopped["limits"] = [limit for limit in stopped.get("limits", []) if limit["name"] not in cut]
+        stopped["limits"] = [limit for limit in stopped["limits"] if limit.name not in cut]
         found["stopped"] = stopped
     tolerance = ENDS_WELL * deviations(plan) + ENDS_WELL_RANGE * np.ptp(plan.states, axis=0) + 1e-12
     costs = {where: np.asarray(found[where]["costs"], dtype=np.float64) for where in ("own", "plant")}
@@ -203,9 +208,9 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         contacts=contact == "mujoco",
     )
     limit = None if found["limit"] is None else float(found["limit"])
-    left = found["plant"]["limit_left"]
+    left = furthest_left(found["plant"]["limits"])
     ended = list(zip(on_mujoco, furthest, strict=True))
-    conclusion = conclude(predicted, limit, own, ended, moves, left and build(LimitShare, left))
+    conclusion = conclude(predicted, limit, own, ended, moves, left)
     return TaskValidation(
         name=name,
         status=str(found["status"]),
@@ -233,10 +238,30 @@ def _stops(task: NativeTask, name: str) -> dict[str, tuple[str, tuple[float, flo
     return found
 
 
+def _at_peaks(limits: list[dict[str, Any]], peaks: Mapping[str, tuple[Array, Array]]) -> list[dict[str, Any]]:
+    """Limits of efforts by what MuJoCo's drives exert within steps, where effort is greatest after each change of the control."""
+    found = []
+    for limit in limits:
+        if limit["name"].removesuffix(EARLY) in peaks and limit["name"].endswith(EARLY):
+            continue
+        if limit["name"] in peaks:
+            sign = 1.0 if limit["upper"] else -1.0
+            reached = np.sort(sign * peaks[limit["name"]][int(limit["upper"])])
+            most = sign * limit["limit"]
+            limit = {
+                **limit,
+                "median": float(sign * reached[(len(reached) - 1) // 2]),
+                "worst": float(sign * reached[-1]),
+                "share": float(np.mean(reached > most + 1e-9 * (1.0 + abs(most)))),
+            }
+        found.append(limit)
+    return found
+
+
 def _reached(runs: Mapping[str, Any], stops: Mapping[str, tuple[str, Any]]) -> bool:
     """Whether any roll-out reaches a stop or leaves a range; those that diverge do."""
     names = {reported for reported, _ in stops.values()}
-    return runs["diverged"] > 0 or any(limit["share"] > 0.0 for limit in runs.get("limits", []) if limit["name"] in names)
+    return runs["diverged"] > 0 or any(limit.share > 0.0 for limit in runs["limits"] if limit.name in names)
 
 
 def _truth(task: NativeTask, factors: Mapping[str, float], substeps: int | None = None) -> NativeTask:
@@ -406,7 +431,7 @@ def _loop(runs: Mapping[str, Any], off: Array) -> SampledLoop:
         realised_bits_interval_95=np.array([] if within is None else within, dtype=np.float64),
         consistency=build(Consistency, consistency) if consistency else None,
         touched={entry["name"]: float(entry["share"]) for entry in runs["touched"]},
-        limits=[build(LimitShare, entry) for entry in runs.get("limits", [])],
+        limits=runs["limits"],
         diverged=int(runs["diverged"]),
         ends_well=float(np.mean(well)),
     )

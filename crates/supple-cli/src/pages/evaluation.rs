@@ -89,7 +89,8 @@ fn number_rows(at: &Evaluation, task: &TaskEvaluation) -> Rows {
         let note = format!("{interval}{rollouts} roll-outs, {difference} from the expected{above}");
         rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
     }
-    for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {
+    let kept = task.cost.bound.filter(|_| at.missed_bound(task).is_none());
+    for (name, value, note) in task.monte_carlo.as_ref().map(|sampled| trust::rows(sampled, kept)).unwrap_or_default() {
         rows.add_row([name, &value, &note]);
     }
     align_right(&mut rows, 1..2);

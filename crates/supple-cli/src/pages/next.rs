@@ -1,7 +1,7 @@
 //! What to try next: one line at the end of a page.
 
 use supple::design::DesignStatus;
-use supple::parameters::Role;
+use supple::parameters::{Parameter, Role};
 use supple::plan::PlanStatus;
 use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation, Verdict};
 use supple_study::About;
@@ -83,11 +83,13 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     let more = if worse > 0 { "other starts found worse optima" } else { "a single start may find a local optimum" };
                     format!("more starts, `--starts {}`: {more}", more_starts(report))
                 }
-                _ if about.parameters.iter().any(|parameter| parameter.role == Role::Study) => {
-                    "`supple robustness` shows how the design performs under other noise levels, `supple export` writes its controller"
-                        .to_owned()
-                }
-                _ => "`supple export` writes its controller".to_owned(),
+                _ => match about.parameters.iter().find(|parameter| parameter.role == Role::Study) {
+                    Some(Parameter { name, .. }) => format!(
+                        "`supple robustness --vary {name}=FROM:TO:COUNT` shows how the design performs at other values of {name}, \
+                         `supple export` writes its controller"
+                    ),
+                    None => "`supple export` writes its controller".to_owned(),
+                },
             }
         }),
     };

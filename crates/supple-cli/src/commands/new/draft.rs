@@ -44,6 +44,8 @@ const FASTEST: f64 = 100.0;
 pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(String, Option<String>), Failure> {
     let options = LoadOptions { package_roots: asked.package_roots.clone(), ..LoadOptions::default() };
     let robot = load(file, &options)?;
+    // These may say why there is no posture or no plan.
+    warn_of_file(&robot);
     let whole = Planning::of(&robot);
     if let Some(why) = whole.obstacle() {
         return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
@@ -96,7 +98,6 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
     warn_of_still(&limb.planning);
     warn_of_fast(&limb);
     best.faults.iter().chain(&best.remarks).for_each(|fault| warn(fault));
-    warn_of_file(&robot);
     Ok((best.text(), asked.frame.is_none().then(|| limb.chosen())))
 }
 

@@ -133,7 +133,11 @@ impl Draft<'_> {
             let _ = writeln!(text, "package_roots = {}", names(&self.package_roots));
         }
         if let Some(line) = limb.planning.locked_line() {
-            let _ = writeln!(text, "# Joints that do not move `{}`, or that move no inertia.\n{line}", limb.frame);
+            let _ = writeln!(
+                text,
+                "# Joints that are not of the limb of `{}`, or that move no inertia.\n{line}",
+                limb.frame
+            );
         }
         if let Some(substeps) = self.substeps {
             said(text, &format!("substeps = {substeps}"), "roll-outs on whole steps differ from those on finer ones");

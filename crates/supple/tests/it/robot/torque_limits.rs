@@ -10,8 +10,8 @@ use supple::plan::bounds_of;
 use supple::plan::{PlanSettings, PlanStatus};
 use supple::quantity::{Control, State};
 use supple::simulate::{Rollouts, monte_carlo};
-use supple::system::{Authored, System};
-use supple::{Dimensions, EvaluateOptions, Limit, Model, Point, Problem, Scalar, Task, Value};
+use supple::system::{Authored, ExcessVariation, Points, System, Times};
+use supple::{Dimensions, EvaluateOptions, Limit, Matrices, Model, Point, Problem, Scalar, Scratch, Task, Value};
 
 use crate::common::reference::differences::total_gradient_errors;
 use crate::common::reference::finger::{self, BOUNDS, scales};
@@ -461,7 +461,7 @@ fn derivatives_of_limits_that_take_the_next_state_are_those_of_differences() {
             out
         };
         // Derivatives by one coordinate of all points at once.
-        let step = 1e-5;
+        let step = 1e-6;
         let shifted = |j: usize, by: f64| {
             let mut z = z.clone();
             (0..stages).for_each(|i| z.vector_mut(i)[j] += by);
