@@ -216,6 +216,8 @@ def conclude(
         return Conclusion(f"{verdict}: {ranges}{_beyond(left)}", breaks)
     if not doubts:
         words = "the design holds on MuJoCo as predicted"
+        if with_stops:
+            words += ", also with the robot's stops and ranges, which roll-outs reach"
         if plant.ends_well < 1.0 - FEWER_END_WELL:
             words += (
                 f"; but only {plant.ends_well:.0%} of the roll-outs there, and {own.ends_well:.0%} on supple's own model, end within "
