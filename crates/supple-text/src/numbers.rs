@@ -108,7 +108,7 @@ pub fn interval_95([lower, upper]: [f64; 2], number: impl Fn(f64) -> String) -> 
 /// ```
 #[must_use]
 pub fn saves(of: &str, (rate, all): (f64, f64), number: impl Fn(f64) -> String) -> String {
-    let power = (0..12).find(|&power| !(rate * 10f64.powi(-power) > 0.5 * all)).filter(|_| all > 0.0).unwrap_or(0);
+    let power = (0..12).find(|&power| rate * 10f64.powi(-power) <= 0.5 * all).filter(|_| all > 0.0).unwrap_or(0);
     let amount = 10f64.powi(-power);
     format!("+{amount} in {of} saves {} bits", number(rate * amount))
 }
