@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import numpy as np
@@ -18,6 +21,7 @@ pytest.importorskip("mujoco")
 from supple.__main__ import main
 from supple._mujoco.bodies import bodies
 from supple._mujoco.judgement import Moves, conclude
+from supple._records import Array
 
 #: Enough for statements about means.
 ROLLOUTS = 60
@@ -381,9 +385,7 @@ def test_stops_and_ranges_hold_where_rollouts_exceed_them(tmp_path: Path, excess
     assert one.broken and one.stopped.ends_well == 0.0
     assert f"the cost on MuJoCo with its stops and ranges is {one.stopped.cost_mean:.4g}" in one.conclusion
     # What is commanded is cut; the stop gives way by a little.
-    elbow = next(
-        limit for limit in one.stopped.limits if limit.name == "position of joint `elbow`" and not limit.upper
-    )
+    elbow = next(limit for limit in one.stopped.limits if limit.name == "position of joint `elbow`" and not limit.upper)
     assert -0.45 < elbow.worst < -0.4 and not any("control" in limit.name for limit in one.stopped.limits)
     assert "with stops and ranges" in repr(found)
 
@@ -418,3 +420,77 @@ def test_a_robot_with_stops_is_that_of_its_file(tmp_path: Path) -> None:
         mujoco.mj_step(model, data, 20)
         assert np.allclose(x[0], [*data.qpos, *data.qvel], rtol=1e-6, atol=1e-7), step
     assert data.qpos[1] < -0.4, "the elbow rests on its stop"
+
+
+def test_efforts_on_mujoco_are_greatest_within_steps(tmp_path: Path) -> None:
+    """A servo whose effort at the ends of steps is a fraction of what it exerts after each change of its control."""
+    text = REACH.replace(", substeps = 8", "").replace("target = [0.25, 0.0, 0.4]", "target = [0.45, 0.0, 0.25]")
+    (tmp_path / "arm.xml").write_text(STOPPED.replace('kp="30" kv="2"', 'kp="60" kv="3"').replace("-4 4", "-1 1"))
+    (tmp_path / "task.toml").write_text(text)
+    task = supple.load(tmp_path / "task.toml")
+    one = supple.mujoco.validate(task, rollouts=20).tasks["reach"]
+    here, there = (
+        {limit.upper: limit for limit in loop.limits if limit.name == "effort of e"}
+        for loop in (one.supple, one.mujoco)
+    )
+    least, most = min(limit.worst for limit in there.values()), max(limit.worst for limit in there.values())
+    assert max(most, -least) > 1.3 * max(here[True].worst, -here[False].worst), (here, there)
+
+    # By MuJoCo's own model of the file, under the controls of the plan.
+    import mujoco
+
+    plan = task.linearise()
+    model = mujoco.MjModel.from_xml_string(STOPPED.replace('kp="30" kv="2"', 'kp="60" kv="3"'))
+    model.jnt_limited[:], model.actuator_ctrllimited[:], model.actuator_forcelimited[:] = 0, 0, 0
+    data, forces = mujoco.MjData(model), []
+    for control in plan.controls:
+        data.ctrl[:] = control
+        for _ in range(20):
+            mujoco.mj_step(model, data)
+            forces.append(float(data.actuator_force[1]))
+    # Of the side where noise is little beside it.
+    side = abs(max(forces)) > abs(min(forces))
+    assert there[side].median == pytest.approx(max(forces) if side else min(forces), rel=0.1)
+
+
+def test_the_discretisation_is_named_before_steps_of_mujoco() -> None:
+    """A time step with whose finer sub-steps supple moves as MuJoCo does, at most 128 steps of which do not settle."""
+    plan = supple.load("tasks/wiping_arm.toml").linearise()
+    size = plan.states.shape[1]
+
+    def ends(error: float) -> Callable[[Array, Array], Array]:
+        return lambda states, controls: states + error
+
+    class Coarse:
+        def __init__(self, substeps: int) -> None:
+            self.error = 0.0 if substeps >= 4 else 1e-3
+
+        def simulate(self, name: str, controls: Array, start: list[float]) -> Array:
+            return np.array([start, np.array(start) + self.error])
+
+    def moves(supple_moves: Any, is_settled: bool) -> str:
+        asked = Moves(
+            plan,
+            np.arange(0, len(plan.controls), 8),
+            ends(0.0),
+            ends(0.0),
+            supple_moves,
+            1,
+            "wipe",
+            is_settled,
+            "",
+            False,
+        )
+        return asked.cause(1.0)
+
+    assert size and "use `substeps = 4`" in moves(Coarse, is_settled=False)
+    assert "MuJoCo's own steps are not short enough" in moves(lambda _: Coarse(1), is_settled=False)
+    assert "MuJoCo moves the robot differently" in moves(lambda _: Coarse(1), is_settled=True)
+
+
+def test_rollouts_that_end_elsewhere_than_predicted_are_told() -> None:
+    moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
+    wide = dataclasses.replace(loop(1.0, (0.9, 1.1)), ends_well=0.7)
+    found = conclude((1.0, 10.0), None, wide, [(wide, "v.wrist")], moves, None)
+    assert not found.broken and "holds on MuJoCo as predicted; but only 70% of the roll-outs there" in found.words
+    assert "(furthest: `v.wrist`)" in found.words

@@ -135,7 +135,7 @@ set = \"k1=100\"
     // The same on the command line, and what is wrong there.
     let alone = folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--from", "study/best", "--json"]);
     let found: serde_json::Value = serde_json::from_str(&alone.stdout).unwrap();
-    assert_eq!(found["result"]["parameters"], best, "{alone:?}");
+    assert_eq!(found["parameters"], best, "{}", alone.stderr);
     let wrong = folder.run(&["evaluate", "task.toml", "--from", "study/line"]);
     assert_eq!(wrong.code, Some(2));
     assert!(wrong.stderr.contains("--from study/line: is a result of `supple sweep`"), "{}", wrong.stderr);
