@@ -32,6 +32,8 @@ LEFT = 0.1
 MORE_BITS = 2.0
 #: Share of supple's own roll-outs that end well of which MuJoCo's may fall short without a word.
 FEWER_END_WELL = 0.1
+#: Fewer roll-outs that end elsewhere are chance.
+TOO_FEW = 5
 #: Sub-steps are enough where the errors of steps make innovations so little larger, relative to what the filter expects.
 SMALL = 0.05
 #: How many times the closed loop may amplify these errors in choosing sub-steps; beyond that it is another loop.
@@ -190,6 +192,7 @@ def conclude(
     on_mujoco: Sequence[tuple[SampledLoop, str]],
     moves: Moves,
     left: LimitShare | None,
+    rollouts: int,
 ) -> Conclusion:
     """The findings and, if they differ from the prediction, their cause.
 
@@ -201,6 +204,7 @@ def conclude(
             stop or a range of the robot, those where these hold.
         moves: Single steps of both.
         left: The limit that the plan keeps and MuJoCo's roll-outs are furthest beyond, if any is.
+        rollouts: Number of roll-outs on each.
     """
     (plant, furthest), *with_stops = on_mujoco
     cost = predicted[0]
@@ -218,7 +222,7 @@ def conclude(
         words = "the design holds on MuJoCo as predicted"
         if with_stops:
             words += ", also with the robot's stops and ranges, which roll-outs reach"
-        if plant.ends_well < 1.0 - FEWER_END_WELL:
+        if plant.ends_well < 1.0 - FEWER_END_WELL and (1.0 - plant.ends_well) * rollouts >= TOO_FEW:
             words += (
                 f"; but only {plant.ends_well:.0%} of the roll-outs there, and {own.ends_well:.0%} on supple's own model, end within "
                 f"the spread that is predicted (furthest: `{furthest}`): the linearisation misses what noise does to it"

@@ -210,7 +210,7 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     limit = None if found["limit"] is None else float(found["limit"])
     left = furthest_left(found["plant"]["limits"])
     ended = list(zip(on_mujoco, furthest, strict=True))
-    conclusion = conclude(predicted, limit, own, ended, moves, left)
+    conclusion = conclude(predicted, limit, own, ended, moves, left, sizes[0])
     return TaskValidation(
         name=name,
         status=str(found["status"]),
