@@ -202,12 +202,7 @@ impl Step<'_> {
     /// `ln rho(A)` over a time step in so many parts, each from where the one before leads.
     fn growth_in(&self, parts: usize) -> Option<f64> {
         let Looker { task, phi } = self.looker;
-        let row = |from: &[f64]| {
-            let mut vector = Matrices::vectors(1, from.len());
-            vector.vector_mut(0).copy_from_slice(from);
-            vector
-        };
-        let (states, controls) = (row(self.x), row(self.u));
+        let [states, controls] = [self.x, self.u].map(|vector| Matrices::of_rows(&[vector.to_vec()], vector.len()));
         let at = Points { states: &states, controls: &controls, stages: 1, has_end: false, times: Times::At(self.t) };
         let mut found = Matrices::zeros(1, self.x.len(), self.x.len() + self.u.len());
         task.system.dynamics_jacobians_in(parts, at, phi, &mut found, &mut Scratch::new());

@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::TypedValueParser;
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
@@ -235,8 +235,17 @@ impl TaskArguments {
 
     /// Loads the task with its parameters set.
     pub fn read(&self) -> Result<LoadedTask, Failure> {
+        self.read_from(self.from.as_deref())
+    }
+
+    /// Loads the task with its parameters set, except for the design of a result that need not be there yet.
+    pub fn read_alone(&self) -> Result<LoadedTask, Failure> {
+        self.read_from(None)
+    }
+
+    fn read_from(&self, from: Option<&Path>) -> Result<LoadedTask, Failure> {
         let mut loaded = LoadedTask::load(&self.task, &[])?;
-        if let Some(from) = &self.from {
+        if let Some(from) = from {
             let folder = Folder::load(from)?;
             let at = |error: StudyError| Failure::usage(format!("--from {}: {error}", from.display()));
             loaded.start_from(folder.design().map_err(at)?).map_err(at)?;
@@ -244,13 +253,6 @@ impl TaskArguments {
                 warn(&format!("the design in {} fell short of what was asked: see `supple show`", from.display()));
             }
         }
-        set(&mut loaded, &self.set)?;
-        Ok(loaded)
-    }
-
-    /// Loads the task with its parameters set, except for the design of a result that need not be there yet.
-    pub fn read_alone(&self) -> Result<LoadedTask, Failure> {
-        let mut loaded = LoadedTask::load(&self.task, &[])?;
         set(&mut loaded, &self.set)?;
         Ok(loaded)
     }

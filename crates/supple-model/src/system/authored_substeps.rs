@@ -176,8 +176,8 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// The variations of the sub-steps' points and of the costates after them.
-    /// The variations of costates at the ends of stages are increased by `more`, vectors of the last sub-steps.
+    /// The variations of the sub-steps' points and of the costates after them; those of costates at the ends of stages are
+    /// increased by `more`, vectors of the last sub-steps, if there is any.
     pub(super) fn vary(
         &self,
         steps: &Substeps,

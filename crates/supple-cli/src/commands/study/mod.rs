@@ -15,7 +15,7 @@ use super::conduct::make;
 use super::plot::check_figures;
 use super::{plot, report};
 use crate::Outcome;
-use crate::arguments::{ReportOptions, StudyCommand, StudyOptions};
+use crate::arguments::{ReportOptions, StudyCommand, StudyOptions, TaskArguments};
 use crate::failure::Failure;
 use crate::output::{REPORT, note, print_text};
 use crate::progress::{STOP, listen};
@@ -24,7 +24,8 @@ use crate::progress::{STOP, listen};
 pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     let out = options.out.clone().unwrap_or_else(|| options.study.file_stem().map(PathBuf::from).unwrap_or_default());
     let file = StudyFile::load(&options.study, &out)?;
-    let steps = file.steps.iter().map(|step| Planned::of(&file, step)).collect::<Result<Vec<_>, _>>()?;
+    let planned = |step| Planned::of(&file, step, TaskArguments::read_alone);
+    let steps = file.steps.iter().map(planned).collect::<Result<Vec<_>, _>>()?;
     if !file.figures.is_empty() {
         check_figures()?;
     }
@@ -36,7 +37,12 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     let count = steps.len();
     for (number, (step, planned)) in file.steps.iter().zip(steps).enumerate() {
         let heading = format!("step {} of {count}, {}", number + 1, step.name);
-        let made = planned.at_its_design(&file, step)?.make(&heading, &out.join(&step.name))?;
+        // The design of an earlier step exists by now.
+        let planned = match step.command.asks().task().from {
+            Some(_) => Planned::of(&file, step, TaskArguments::read)?,
+            None => planned,
+        };
+        let made = planned.make(&heading, &out.join(&step.name))?;
         if made == Outcome::Shortfall {
             short.push(step.name.as_str());
         }
@@ -73,28 +79,20 @@ struct Planned<'a> {
 }
 
 impl<'a> Planned<'a> {
-    /// Loads the step's task and checks its options against it.
-    fn of(file: &StudyFile, step: &'a Step<StudyCommand>) -> Result<Self, Failure> {
+    /// Loads the step's task by `read` and checks its options against it.
+    fn of(
+        file: &StudyFile,
+        step: &'a Step<StudyCommand>,
+        read: fn(&TaskArguments) -> Result<LoadedTask, Failure>,
+    ) -> Result<Self, Failure> {
         let asks = step.command.asks();
         let here =
             |failure: Failure| if failure.is_of_file() { failure } else { wrong(file, step, &failure.to_string()) };
-        let task = asks.task().read_alone().map_err(here)?;
+        let task = read(asks.task()).map_err(here)?;
         let work = asks.work(&task).map_err(here)?;
         work.check(&task).map_err(|error| here(error.into()))?;
         let study = Study::of(&task, work);
         Ok(Self { command: &step.command, task, study })
-    }
-
-    /// The same at the design of an earlier step, which exists by now, if it starts from one.
-    fn at_its_design(self, file: &StudyFile, step: &'a Step<StudyCommand>) -> Result<Self, Failure> {
-        let asks = step.command.asks();
-        if asks.task().from.is_none() {
-            return Ok(self);
-        }
-        let task = asks.task().read().map_err(|failure| wrong(file, step, &failure.to_string()))?;
-        let work = asks.work(&task)?;
-        let study = Study::of(&task, work);
-        Ok(Self { task, study, ..self })
     }
 
     /// Runs the step, or reuses its result from an earlier run.
