@@ -7,7 +7,7 @@ use supple_kernels::{Matrices, halt, math};
 use supple_model::Value;
 
 use crate::Error;
-use crate::continuation::{Failed, Scaling, continue_plan};
+use crate::continuation::{Failed, Neighbour, Scaling, continue_plan};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::plan::{Asked, Patience, Plan};
@@ -420,8 +420,8 @@ fn attempt_branch(
     }
     state.plan_only(task, &source, &problem.planning, Some(&guess))?;
     Error::check_stop()?;
-    let controls = state.plan.trajectory.controls.clone();
-    continue_plan((problem, task), scaling, (&source, phi), (&controls, 1), state).map_err(Failed::error)?;
+    let neighbour = Neighbour::of(&state.plan);
+    continue_plan((problem, task), scaling, (&source, phi), (&neighbour, 1), state).map_err(Failed::error)?;
     let converged = state.plan.status.is_converged();
     Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
 }

@@ -6,6 +6,7 @@ use supple_model::parameters::{Parameters, Scale};
 use crate::Error;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
+use crate::plan::{Asked, Held, Patience, Plan};
 use crate::problem::{Problem, Task};
 use crate::settings::PlanMode;
 
@@ -67,6 +68,31 @@ const CONTINUATION_STEP: f64 = 0.04;
 /// Tolerance of nominal plans without limits before the last one: close enough to their branch to start the next from.
 const LOOSE: f64 = 1e-4;
 
+/// What plans of problems that differ little start from.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighbour {
+    /// The controls of a plan.
+    pub controls: Matrices,
+    /// What it passes on if it is held at limits, where that is known.
+    held: Option<Held>,
+}
+
+impl Neighbour {
+    pub fn of(plan: &Plan) -> Self {
+        Self { controls: plan.trajectory.controls.clone(), held: Held::of(plan) }
+    }
+
+    /// A plan of which only the controls are known.
+    pub fn with(controls: &Matrices) -> Self {
+        Self { controls: controls.clone(), held: None }
+    }
+
+    /// The same for the plan of each task.
+    pub fn of_each(controls: &[Matrices]) -> Vec<Self> {
+        controls.iter().map(Self::with).collect()
+    }
+}
+
 /// A plan that could not be computed on the way to a design.
 pub(crate) struct Failed {
     /// All parameters where it failed.
@@ -97,7 +123,7 @@ pub(crate) fn continue_plan(
     (problem, task): (&Problem, &Task),
     scaling: &Scaling,
     (from, to): (&[f64], &[f64]),
-    (controls, finer): (&Matrices, usize),
+    (neighbour, finer): (&Neighbour, usize),
     state: &mut TaskState,
 ) -> Result<(), Failed> {
     let (start, end) = (scaling.scaled(from), scaling.scaled(to));
@@ -106,19 +132,20 @@ pub(crate) fn continue_plan(
     // Limits, beliefs and risks have tolerances of their own, which follow from that of the plan.
     let is_plain = exact.plan == PlanMode::Nominal && task.system.constraints().is_none();
     let loose = exact.to_tolerance(if is_plain { exact.tolerance.max(LOOSE) } else { exact.tolerance });
-    let mut controls = controls.clone();
+    let mut neighbour = neighbour.clone();
     for step in 1..=steps {
         let is_last = step == steps;
         let share = step as f64 / steps as f64;
         let phi = if is_last { to.to_vec() } else { scaling.unscaled(to, &between(&start, &end, share)) };
         let settings = if is_last { exact } else { &loose };
-        if let Err(error) = state.plan_only(task, &phi, settings, Some(&controls)) {
+        let asked = Asked { held: neighbour.held.as_ref(), ..Asked::of(settings, Patience::Full) };
+        if let Err(error) = state.plan_with(task.at(&phi), asked, &neighbour.controls) {
             return Err(Failed { phi, error });
         }
         if let Err(error) = Error::check_stop() {
             return Err(Failed { phi, error });
         }
-        controls.copy_from(&state.plan.trajectory.controls);
+        neighbour = Neighbour::of(&state.plan);
     }
     state.assess_with(task, to, exact).map_err(|error| Failed { phi: to.to_vec(), error })
 }

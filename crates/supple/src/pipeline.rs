@@ -53,8 +53,8 @@ use crate::gradient::{
     total_gradient,
 };
 use crate::plan::{
-    Asked, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, first_guess, has_to_approach,
-    plan_risk, search,
+    Asked, Held, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, first_guess,
+    has_to_approach, plan_risk, search,
 };
 use crate::problem::{Task, TaskAt};
 use crate::sampled_plan::plan_sampled;
@@ -266,7 +266,8 @@ impl TaskState {
         }
         let exact = self.plan.clone();
         let settings = PlanSettings { curvature: CostCurvature::GaussNewton, ..settings.clone() };
-        let asked = Asked::of(&settings, Patience::Close);
+        let held = Held::of(&exact);
+        let asked = Asked { held: held.as_ref(), ..Asked::of(&settings, Patience::Close) };
         let planned = self.plan_with(task.at(phi), asked, &exact.trajectory.controls);
         let is_valid = planned.and_then(|()| self.assess(task, phi)).is_ok() && self.plan.status.is_converged();
         if is_valid {

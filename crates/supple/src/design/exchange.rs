@@ -10,7 +10,7 @@ use super::StartSummary;
 use super::rounds::Rounds;
 use super::searcher::Searcher;
 use crate::branches::{AROUND, is_cheaper};
-use crate::continuation::{Scaling, continue_plan, largest_difference};
+use crate::continuation::{Neighbour, Scaling, continue_plan, largest_difference};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 
@@ -53,7 +53,7 @@ impl Searcher<'_> {
         let known = &starts[start];
         let controls = self.cheaper_plans(starts, start)?;
         let mut summary = StartSummary::new(known.to.clone());
-        let outcome = Rounds { searcher: *self, start, summary: &mut summary }.run(Some(controls));
+        let outcome = Rounds { searcher: *self, start, summary: &mut summary }.run(Some(Neighbour::of_each(&controls)));
         // What was found before an error remains valid, and counts only if it is better.
         summary.error = outcome.err().or(summary.error);
         let better = self.rank(&summary).partial_cmp(&self.rank(known)) == Some(Ordering::Less);
@@ -114,7 +114,7 @@ impl Searcher<'_> {
         controls: &Matrices,
     ) -> Option<(f64, Matrices)> {
         let mut state = TaskState::new(task);
-        continue_plan((self.problem, task), scaling, between, (controls, 1), &mut state).ok()?;
+        continue_plan((self.problem, task), scaling, between, (&Neighbour::with(controls), 1), &mut state).ok()?;
         state.plan.status.is_converged().then(|| (state.cost.expected(), state.plan.trajectory.controls))
     }
 }

@@ -1,15 +1,13 @@
-use supple_kernels::Matrices;
-
 use super::optimality::OPTIMAL;
 use super::outer::{Ending, Optimiser, OuterProblem};
 use super::search::Search;
 use super::searcher::{Searcher, own_optimiser};
 use super::visit::Visitor;
-use super::visited::{Visit, controls_of};
+use super::visited::{Visit, plans_of};
 use super::{Event, StartSummary};
 use crate::Error;
 use crate::branches::{BranchSearch, best_of_guesses, search_branches};
-use crate::continuation::largest_difference;
+use crate::continuation::{Neighbour, largest_difference};
 use crate::pipeline::TaskState;
 
 /// Information below this counts as zero, nats.
@@ -26,20 +24,20 @@ pub(super) struct Rounds<'a, 's> {
 
 impl Rounds<'_, '_> {
     /// Runs the rounds, from given plans or from those of the tasks' first guesses.
-    pub fn run(&mut self, controls: Option<Vec<Matrices>>) -> Result<(), Error> {
+    pub fn run(&mut self, plans: Option<Vec<Neighbour>>) -> Result<(), Error> {
         let Searcher { problem, settings, aim, control, .. } = self.searcher;
         let own = own_optimiser(settings);
         let optimiser = self.searcher.optimiser.unwrap_or(&*own);
         let mut visitor = Visitor::new(problem, settings, aim);
-        let mut controls = match controls {
-            Some(controls) => controls,
+        let mut plans = match plans {
+            Some(plans) => plans,
             None => self.first_plans()?,
         };
         let mut phi = self.summary.from.clone();
         let mut round = 0;
         while round < settings.rounds {
             visitor.stay_nowhere();
-            let first = visitor.restart(&phi, &controls)?.clone();
+            let first = visitor.restart(&phi, &plans)?.clone();
             let visitor = &mut visitor;
             let mut search =
                 Search { visitor, control, start: self.start, evaluations: 0, without_contact: 0, error: None };
@@ -68,31 +66,31 @@ impl Rounds<'_, '_> {
                 }
                 visitor.weighed.weights = next;
                 self.summary.passed += 1;
-                (phi, controls) = (last.phi.clone(), controls_of(&last));
+                (phi, plans) = (last.phi.clone(), plans_of(&last));
                 continue;
             }
             let effort = visitor.effort();
             let Some(better) = self.better_branches(&last, round, effort) else { break };
-            (phi, controls) = (last.phi, better);
+            (phi, plans) = (last.phi, better);
             round += 1;
         }
         Ok(())
     }
 
     /// The plans at the start, each the best of the task's first guesses.
-    fn first_plans(&self) -> Result<Vec<Matrices>, Error> {
+    fn first_plans(&self) -> Result<Vec<Neighbour>, Error> {
         let problem = self.searcher.problem;
         let plan = |task| {
             let mut state = TaskState::new(task);
             best_of_guesses(problem, task, &self.summary.from, &mut state)?;
-            Ok(state.plan.trajectory.controls)
+            Ok(Neighbour::of(&state.plan))
         };
         problem.tasks.iter().map(plan).collect()
     }
 
     /// Searches for cheaper branches at a design, with as many iterations as the search before took; the plans to continue
     /// from, if there are any.
-    fn better_branches(&mut self, at: &Visit, round: usize, effort: usize) -> Option<Vec<Matrices>> {
+    fn better_branches(&mut self, at: &Visit, round: usize, effort: usize) -> Option<Vec<Neighbour>> {
         self.summary.branches = at.tasks.len();
         let Searcher { problem, settings, control, .. } = self.searcher;
         if settings.branch_attempts == 0 {
@@ -102,10 +100,10 @@ impl Rounds<'_, '_> {
         let mut better = false;
         let mut count = 0;
         let tasks = problem.tasks.iter().zip(&at.tasks).enumerate();
-        let controls = tasks.map(|(index, (task, visit))| {
+        let plans = tasks.map(|(index, (task, visit))| {
             let stream = (self.start * 1000 + round * 100 + index) as u64;
             let seed = settings.seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let given = (&visit.controls, visit.cost);
+            let given = (&visit.plan.controls, visit.cost);
             let search = BranchSearch {
                 seed,
                 attempts: settings.branch_attempts,
@@ -115,11 +113,11 @@ impl Rounds<'_, '_> {
             let found = search_branches(problem, task, &at.phi, given, search);
             better |= found.cost < visit.cost;
             count += found.minima.len();
-            found.controls
+            Neighbour::with(&found.controls)
         });
-        let controls = controls.collect();
+        let plans = plans.collect();
         self.summary.branches = count;
-        better.then_some(controls)
+        better.then_some(plans)
     }
 }
 

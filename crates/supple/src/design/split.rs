@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::continuation::{Scaling, between, continue_plan};
+use crate::continuation::{Neighbour, Scaling, between, continue_plan};
 use crate::gradient::Functional;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -153,7 +153,7 @@ struct Known {
     information: f64,
     /// Slopes of the parts along the path: sensors, uncertainty, plan.
     slopes: [f64; 3],
-    controls: Matrices,
+    plan: Neighbour,
 }
 
 struct Path<'a> {
@@ -195,14 +195,14 @@ impl<'a> Path<'a> {
             [&total, &sensors, &uncertainty].map(|gradient| self.scaling.slope_along(ends, &phi, gradient));
         let slopes = [sensors, uncertainty, total - sensors - uncertainty];
         self.evaluations += 1;
-        let controls = self.state.plan.trajectory.controls.clone();
-        Ok(Known { place, information: self.state.information.total, slopes, controls })
+        let plan = Neighbour::of(&self.state.plan);
+        Ok(Known { place, information: self.state.information.total, slopes, plan })
     }
 
     /// The same at another place, to which the plan is continued.
     fn go(&mut self, from: &Known, place: f64) -> Result<Known, Error> {
         let (here, there) = (self.at(from.place), self.at(place));
-        continue_plan((self.problem, self.task), &self.scaling, (&here, &there), (&from.controls, 1), &mut self.state)
+        continue_plan((self.problem, self.task), &self.scaling, (&here, &there), (&from.plan, 1), &mut self.state)
             .map_err(|failed| failed.explain(self.task, &self.state))?;
         self.look(place)
     }

@@ -13,7 +13,7 @@ use super::visit::Visitor;
 use super::{Aim, Design, DesignStatus, Ending, Event, Searcher, StartSummary};
 use crate::Error;
 use crate::branches::uniform;
-use crate::continuation::Scaling;
+use crate::continuation::{Neighbour, Scaling};
 
 impl Searcher<'_> {
     /// Searches from `phi` and from seeded random starts, in parallel; the result does not depend on the number of
@@ -100,7 +100,7 @@ impl Searcher<'_> {
     /// Where that design cannot be evaluated, or total gradients are asked for along plans that have none.
     pub fn search_from(&self, phi: &[f64], controls: &[Matrices], start: usize) -> Result<StartSummary, Error> {
         self.check()?;
-        let summary = self.run(phi.to_vec(), Some(controls.to_vec()), start);
+        let summary = self.run(phi.to_vec(), Some(controls), start);
         match &summary.error {
             Some(error) if summary.controls.is_empty() => Err(error.clone()),
             _ => Ok(summary),
@@ -114,7 +114,7 @@ impl Searcher<'_> {
     pub fn assess(&self, phi: &[f64], controls: &[Matrices]) -> Result<StartSummary, Error> {
         let mut visitor = Visitor::new(self.problem, self.settings, self.aim);
         let mut summary = StartSummary::new(phi.to_vec());
-        let visit = visitor.restart(phi, controls)?.clone();
+        let visit = visitor.restart(phi, &Neighbour::of_each(controls))?.clone();
         let visit = visitor.with_total_gradient(&visit)?;
         summary.evaluations = 1;
         summary.without_contact = usize::from(visit.misses_contact());
@@ -131,11 +131,11 @@ impl Searcher<'_> {
         if !within_limits || found_nothing || self.keeps_last() || self.control.is_stopped() {
             return None;
         }
-        let nearest = Self { aim: Aim::Cost, ..*self }.run(missed.to.clone(), Some(missed.controls.clone()), start);
+        let nearest = Self { aim: Aim::Cost, ..*self }.run(missed.to.clone(), Some(&missed.controls), start);
         let mut found = self.assess(&nearest.to, &nearest.controls).ok()?;
         let mut evaluations = [missed, &nearest, &found].map(|part| (part.evaluations, part.without_contact)).to_vec();
         if found.status.meets_bounds() {
-            let least = self.run(found.to.clone(), Some(found.controls.clone()), start);
+            let least = self.run(found.to.clone(), Some(&found.controls), start);
             evaluations.push((least.evaluations, least.without_contact));
             if self.rank(&least) <= self.rank(&found) {
                 found = least;
@@ -160,10 +160,10 @@ impl Searcher<'_> {
         summary
     }
 
-    fn run(&self, from: Vec<f64>, controls: Option<Vec<Matrices>>, start: usize) -> StartSummary {
+    fn run(&self, from: Vec<f64>, controls: Option<&[Matrices]>, start: usize) -> StartSummary {
         let mut summary = StartSummary::new(from);
         let mut rounds = Rounds { searcher: *self, start, summary: &mut summary };
-        match rounds.run(controls) {
+        match rounds.run(controls.map(Neighbour::of_each)) {
             Ok(()) => {}
             Err(Error::Stopped) if !summary.controls.is_empty() => summary.stop(),
             Err(error) => {

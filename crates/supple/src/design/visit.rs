@@ -1,11 +1,10 @@
 use rayon::prelude::*;
-use supple_kernels::Matrices;
 
-use super::visited::{PriceVisit, TaskVisit, Visit, controls_of};
+use super::visited::{PriceVisit, TaskVisit, Visit, plans_of};
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
 use crate::aims::{Limit, Unmeasured, first_price, information_within, without_measurements};
-use crate::continuation::{Scaling, continue_plan};
+use crate::continuation::{Neighbour, Scaling, continue_plan};
 use crate::gradient::FrozenGradient;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
@@ -73,7 +72,7 @@ fn task_visit(
     let mut visit = TaskVisit {
         unmeasured,
         first_price: f64::INFINITY,
-        controls: state.plan.trajectory.controls.clone(),
+        plan: Neighbour::of(&state.plan),
         information,
         information_gradient,
         information_by_limit,
@@ -122,9 +121,9 @@ impl<'a> Visitor<'a> {
     }
 
     /// Forgets all visits and starts anew from a design with given plans.
-    pub fn restart(&mut self, phi: &[f64], controls: &[Matrices]) -> Result<&Visit, Error> {
+    pub fn restart(&mut self, phi: &[f64], plans: &[Neighbour]) -> Result<&Visit, Error> {
         self.visits.clear();
-        self.visit_from(phi.to_vec(), (phi, controls.iter().collect()), None)
+        self.visit_from(phi.to_vec(), (phi, plans.iter().collect()), None)
     }
 
     /// Starts anew from a design, and from now on stays where tasks need no information that need none there, or hardly any.
@@ -135,10 +134,10 @@ impl<'a> Visitor<'a> {
         if !(minimised && self.settings.gradient == GradientKind::Total) {
             return Ok(None);
         }
-        let controls = controls_of(at);
+        let plans = plans_of(at);
         let before = (self.weighed.clone(), std::mem::take(&mut self.visits));
         self.weighed.needs_nothing.fill(true);
-        let stays = self.restart(&at.phi, &controls).map(|visit| {
+        let stays = self.restart(&at.phi, &plans).map(|visit| {
             let excess = visit.tasks.iter().map(TaskVisit::unmeasured_violation);
             excess.map(|excess| excess.is_some_and(|excess| excess <= KINK)).collect::<Vec<_>>()
         });
@@ -146,7 +145,7 @@ impl<'a> Visitor<'a> {
             let stays: Vec<bool> =
                 stays.iter().zip(&before.0.needs_nothing).map(|(near, held)| *near || *held).collect();
             self.weighed.needs_nothing.clone_from(&stays);
-            self.restart(&at.phi, &controls).map(|_| stays)
+            self.restart(&at.phi, &plans).map(|_| stays)
         });
         match stays {
             Ok(stays) if stays != before.0.needs_nothing => Ok(Some(before)),
@@ -176,8 +175,8 @@ impl<'a> Visitor<'a> {
         };
         let phi = self.scaling.unscaled(&nearest.phi, scaled);
         let nearest = nearest.clone();
-        let controls = nearest.tasks.iter().map(|task| &task.controls).collect();
-        self.visit_from(phi, (&nearest.phi, controls), Some(&nearest))?;
+        let plans = nearest.tasks.iter().map(|task| &task.plan).collect();
+        self.visit_from(phi, (&nearest.phi, plans), Some(&nearest))?;
         // Clamping may move the coordinates by rounding; keep the requested ones.
         let last = self.visits.len() - 1;
         self.visits[last].scaled = scaled.to_vec();
@@ -193,7 +192,7 @@ impl<'a> Visitor<'a> {
         let Self { problem, aim, weighed, states, .. } = self;
         let tasks = problem.tasks.iter().zip(states.iter_mut()).zip(&visit.tasks);
         let tasks = tasks.enumerate().map(|(index, ((task, state), known))| {
-            state.evaluate(task, &visit.phi, &problem.planning, Some(&known.controls))?;
+            state.evaluate(task, &visit.phi, &problem.planning, Some(&known.plan.controls))?;
             task_visit(task, &visit.phi, (GradientKind::Total, *aim), weighed.of(index, *aim), state)
         });
         Ok(Visit { tasks: tasks.collect::<Result<_, _>>()?, ..visit.clone() })
@@ -203,14 +202,14 @@ impl<'a> Visitor<'a> {
     fn visit_from(
         &mut self,
         phi: Vec<f64>,
-        (from, controls): (&[f64], Vec<&Matrices>),
+        (from, plans): (&[f64], Vec<&Neighbour>),
         known: Option<&Visit>,
     ) -> Result<&Visit, Error> {
         let Self { problem, settings, aim, weighed, scaling, states, .. } = self;
-        let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(controls).enumerate();
-        let tasks = tasks.map(|(index, ((task, state), controls))| {
+        let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(plans).enumerate();
+        let tasks = tasks.map(|(index, ((task, state), plan))| {
             let visit = |finer: usize, state: &mut TaskState| {
-                continue_plan((problem, task), scaling, (from, &phi), (controls, finer), state)
+                continue_plan((problem, task), scaling, (from, &phi), (plan, finer), state)
                     .map_err(|failed| failed.explain(task, state))?;
                 task_visit(task, &phi, (settings.gradient, *aim), weighed.of(index, *aim), state)
                     .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
@@ -240,6 +239,7 @@ impl<'a> Visitor<'a> {
 #[cfg(test)]
 mod tests {
     use supple_model::cost::Cost;
+    use supple_model::followed::Followed;
     use supple_model::noise::{Covariance, NoiseModel};
     use supple_model::parameters::{Parameter, Parameters, Scale};
     use supple_model::quantity::{ContactForce, Control as Effort, State};
@@ -248,9 +248,10 @@ mod tests {
 
     use super::*;
     use crate::branches::best_of_guesses;
+    use crate::plan::Plan;
 
     /// Two masses that press on a wall, with stiffnesses to design and inaccurate sensors.
-    fn two_masses() -> Problem {
+    fn two_masses(limits: Vec<Followed>) -> Problem {
         let number = Value::Number;
         let mut parameters = Parameters::default();
         let stiffness = [("k1", 550.0, 50.0), ("k2", 100.0, 100.0)].map(|(name, initial, least)| {
@@ -275,7 +276,7 @@ mod tests {
             Covariance::diagonal([1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
             Covariance::diagonal([0.1, 1.0]),
         );
-        let system = Authored::new(model, costs, 0.02, parameters.len());
+        let system = Authored::new(model, costs, 0.02, parameters.len()).following(limits);
         let task = Task::new("press", system, noise, 125, 0.02)
             .starting_at([0.0, 0.0, 0.0, 0.0, 0.75])
             .guessing([60.0])
@@ -286,21 +287,43 @@ mod tests {
     /// A plan continued from 355 N/m to 384 N/m in one step jumps to a worse branch, with a cost of about 310.
     #[test]
     fn a_plan_that_falls_off_its_branch_is_led_there_in_finer_steps() {
-        let problem = two_masses();
+        let problem = two_masses(Vec::new());
         let task = &problem.tasks[0];
         let mut visitor = Visitor::new(&problem, &problem.design, Aim::default());
         let mut state = TaskState::new(task);
         let scaling = Scaling::of(&problem.parameters);
         let [near, far] = [355.056, 383.755].map(|k1| vec![k1, 100.0]);
         best_of_guesses(&problem, task, &near, &mut state).unwrap();
-        let near = visitor.restart(&near, &[state.plan.trajectory.controls.clone()]).unwrap().clone();
+        let near = visitor.restart(&near, &[Neighbour::of(&state.plan)]).unwrap().clone();
         assert!((near.tasks[0].cost - 306.631).abs() < 0.01, "{}", near.tasks[0].cost);
 
-        continue_plan((&problem, task), &scaling, (&near.phi, &far), (&near.tasks[0].controls, 1), &mut state)
+        continue_plan((&problem, task), &scaling, (&near.phi, &far), (&near.tasks[0].plan, 1), &mut state)
             .ok()
             .unwrap();
         assert!(state.cost.expected() > 305.0, "{}", state.cost.expected());
         let visit = visitor.visit(&scaling.scaled(&far)).unwrap();
         assert!((visit.tasks[0].cost - 300.22).abs() < 0.05, "{}", visit.tasks[0].cost);
+    }
+
+    /// Multipliers and penalties that a plan passes on save most of the iterations to the next one, which is the same.
+    #[test]
+    fn a_plan_held_at_a_limit_continues_from_its_multipliers() {
+        let problem = two_masses(vec![Followed::limit(State::new([3]), -1.0, 0.8).enforced()]);
+        let (task, scaling) = (&problem.tasks[0], Scaling::of(&problem.parameters));
+        let [near, far] = [450.0, 460.0].map(|k1| vec![k1, 100.0]);
+        let mut state = TaskState::new(task);
+        best_of_guesses(&problem, task, &near, &mut state).unwrap();
+        assert!(state.plan.is_at_limits());
+        let held = Neighbour::of(&state.plan);
+        let mut continued = |from: &Neighbour| {
+            continue_plan((&problem, task), &scaling, (&near, &far), (from, 1), &mut state).ok().unwrap();
+            assert!(state.plan.status.is_converged() && state.plan.is_at_limits());
+            state.plan.clone()
+        };
+        let (short, long) = (continued(&held), continued(&Neighbour::with(&held.controls)));
+        assert!(2 * short.iterations <= long.iterations, "{} of {}", short.iterations, long.iterations);
+        assert!((short.nominal_cost / long.nominal_cost - 1.0).abs() < 1e-10);
+        let price = |plan: &Plan| plan.multipliers.as_slice().iter().sum::<f64>();
+        assert!((price(&short) / price(&long) - 1.0).abs() < 1e-6, "{} and {}", price(&short), price(&long));
     }
 }

@@ -4,7 +4,7 @@ use supple_kernels::Matrices;
 
 use super::DesignSettings;
 use crate::aims::Unmeasured;
-use crate::continuation::{Scaling, largest_difference};
+use crate::continuation::{Neighbour, Scaling, largest_difference};
 use crate::problem::Problem;
 use crate::violation;
 
@@ -21,8 +21,8 @@ pub(super) const ROUNDING: f64 = 1e-9;
 /// What is known of one task at a visited design.
 #[derive(Clone, Debug)]
 pub(crate) struct TaskVisit {
-    /// Controls of its plan, to warm-start from.
-    pub controls: Matrices,
+    /// Its plan, to warm-start from.
+    pub plan: Neighbour,
     /// Its directed information, nats, and gradient by all parameters.
     pub information: f64,
     pub information_gradient: Vec<f64>,
@@ -182,7 +182,12 @@ impl TaskVisit {
     }
 }
 
-/// The controls of all plans of a visit.
+/// All plans of a visit.
+pub(crate) fn plans_of(visit: &Visit) -> Vec<Neighbour> {
+    visit.tasks.iter().map(|task| task.plan.clone()).collect()
+}
+
+/// Their controls.
 pub(crate) fn controls_of(visit: &Visit) -> Vec<Matrices> {
-    visit.tasks.iter().map(|task| task.controls.clone()).collect()
+    visit.tasks.iter().map(|task| task.plan.controls.clone()).collect()
 }

@@ -7,6 +7,7 @@ mod conjugate_gradients;
 mod costates;
 mod descent;
 mod first_guess;
+mod held;
 mod kept;
 mod nominal;
 mod result;
@@ -27,6 +28,7 @@ pub(crate) use conjugate_gradients::{Found, Goal, Operator, Solved, conjugate_gr
 pub(crate) use costates::{Stationarity, sweep_costates};
 pub(crate) use descent::{Descent, Model, Step, descend, is_over};
 pub(crate) use first_guess::first_guess;
+pub(crate) use held::Held;
 pub use result::{Plan, VALID_STATIONARITY};
 pub(crate) use risk::plan_risk;
 pub(crate) use search::{Asked, Patience};

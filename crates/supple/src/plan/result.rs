@@ -51,6 +51,9 @@ pub struct Plan {
     /// [`Constraints::ends`](supple_model::system::Constraints::ends): the cost of a unit of each. Empty where there
     /// are no such limits.
     pub multipliers: Matrices,
+    /// The penalties under which these were found, and how often they had to grow.
+    pub(super) penalties: Vec<f64>,
+    pub(super) growths: usize,
     /// The slopes `l_u + B' lambda` of the cost by the controls, N vectors of length m, where controls have bounds: where
     /// one holds a control, the price of the bound.
     pub control_slopes: Matrices,
@@ -77,6 +80,8 @@ impl Plan {
             regularised: 0,
             passed_over: None,
             multipliers: Matrices::vectors(0, 0),
+            penalties: Vec::new(),
+            growths: 0,
             control_slopes: Matrices::vectors(steps, dimensions.controls),
         }
     }

@@ -7,7 +7,7 @@ use supple_model::system::{Curvature, RollOut};
 use super::descent::{Descent, Model, Step, descend, search_along};
 use super::sweeps::{linearise, sweep};
 use super::truncated::{Truncated, truncated_newton};
-use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace};
+use super::{Held, NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace};
 
 /// How often the second-derivative correction to Gauss-Newton is halved, if it is not positive or leads nowhere.
 const CURVATURE_HALVINGS: usize = 5;
@@ -38,6 +38,8 @@ pub(crate) enum Patience {
     Full,
     /// As long as the settings say, from close to an optimum: second derivatives are of use from the start.
     Close,
+    /// A few iterations, from close to an optimum.
+    CloseOrNever,
     /// A few iterations, from the plan of a problem that differs little.
     Continued,
 }
@@ -49,12 +51,14 @@ pub(crate) struct Asked<'a> {
     pub patience: Patience,
     /// Whether feedback is added to the first guess if its cost overflows.
     pub fed_back: bool,
+    /// What a plan passes on whose controls are the first guess, if it is held at limits.
+    pub held: Option<&'a Held>,
 }
 
 impl<'a> Asked<'a> {
     /// A search from a first guess without feedback.
     pub fn of(settings: &'a PlanSettings, patience: Patience) -> Self {
-        Self { settings, patience, fed_back: false }
+        Self { settings, patience, fed_back: false, held: None }
     }
 }
 
@@ -67,7 +71,7 @@ pub(super) fn minimise(
     scratch: &mut Scratch,
 ) -> PlanStatus {
     let Asked { settings, patience, .. } = asked;
-    let close = matches!(patience, Patience::Close | Patience::Continued);
+    let close = patience != Patience::Full;
     let by_products = problem.bounds.is_none() && problem.system.has_costly_curvature();
     let costly = !by_products && problem.system.has_costly_curvature();
     let (deadline, newton) = (work.deadline, Readiness { close, costly, by_products, ..Readiness::default() });
@@ -199,7 +203,8 @@ impl Descent for Search<'_> {
     }
 
     fn gives_up(&self) -> bool {
-        self.patience == Patience::Continued && self.plan.iterations > FEW_ITERATIONS
+        let is_brief = matches!(self.patience, Patience::CloseOrNever | Patience::Continued);
+        is_brief && self.plan.iterations > FEW_ITERATIONS
     }
 }
 

@@ -5,10 +5,11 @@ use supple_model::limits::LIMIT_TOLERANCE;
 use supple_model::system::{Constraints, RollOut, System};
 
 use super::augmented::Augmented;
+use super::held::GROWTH;
 use super::nominal::search_free;
 use super::search::{Asked, Patience, minimise};
 use super::sweeps::{finish, set_curvature};
-use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace};
+use super::{Held, NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace};
 use crate::Error;
 
 /// Maximum number of rounds.
@@ -16,12 +17,13 @@ const MOST_ROUNDS: usize = 60;
 /// Stationarity to which the first round is solved, and the factor by which each round tightens it.
 const FIRST_TOLERANCE: f64 = 1e-3;
 const TIGHTER: f64 = 30.0;
-/// Factors by which a round should reduce excesses, far from keeping limits and close to that (in tolerances), and by which
-/// penalties grow if it does not. Far away, stiff penalties cost more iterations than they save rounds.
+/// The same for the first round from a plan that was held at the same limits.
+const HELD_TOLERANCE: f64 = 1e-5;
+/// Factors by which a round should reduce excesses, far from keeping limits and close to that (in tolerances), or else
+/// penalties grow. Far away, stiff penalties cost more iterations than they save rounds.
 const ENOUGH: f64 = 0.2;
 const ENOUGH_CLOSE: f64 = 0.02;
 const CLOSE: f64 = 1e7;
-const GROWTH: f64 = 10.0;
 /// After so many rounds in a row that reduced excesses by less than half, limits cannot be kept from where the search is.
 const MOST_STUCK: usize = 3;
 /// Maximum number of penalty growths: beyond that, rounding hides the rest of the cost.
@@ -30,6 +32,9 @@ const MOST_GROWTHS: usize = 9;
 const NEAR: f64 = 0.05;
 /// The share of a limit's tolerance to which plans are solved.
 const SHARE: f64 = 0.3;
+/// Number of rounding errors that stationarity may be off by, and the largest stationarity that they may leave.
+const ROUNDINGS: f64 = 4.0;
+const MOST_ROUNDING: f64 = 1e-10;
 
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
 ///
@@ -105,11 +110,21 @@ pub(crate) fn search(
     let bounds = limits.bounds(problem.phi);
     // Limits of an earlier plan wrote entries that the cost itself leaves 0.
     plan.knots.cost.clear();
-    plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, bounds.len());
     let guess = plan.trajectory.controls.clone();
+    let mut before = 0;
+    if let Some(held) = asked.held.filter(|held| held.fits(plan.trajectory.steps() + 1, bounds.len())) {
+        let rounds = Rounds::of(problem, limits, bounds.clone());
+        if rounds.stay(asked.settings, held, plan, work, scratch)? {
+            return Ok(());
+        }
+        before = plan.iterations;
+        plan.trajectory.controls.copy_from(&guess);
+    }
+    plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, bounds.len());
     search_free(problem, asked, plan, work, scratch)?;
+    plan.iterations += before;
     let begins_outside = begins_outside(problem, limits, &bounds, plan, scratch);
-    Rounds::new(problem, limits, bounds, plan, scratch).run(asked.settings, &guess, plan, work, scratch)?;
+    Rounds::from_free(problem, limits, bounds, plan, scratch).run(asked.settings, &guess, plan, work, scratch)?;
     // A plan that cannot keep its limits at first has no reason to converge later.
     if begins_outside && plan.status != PlanStatus::TimeLimit {
         plan.status = PlanStatus::LimitsExceeded;
@@ -134,31 +149,69 @@ struct Rounds<'a> {
     problem: NominalProblem<'a>,
     limits: &'a dyn Constraints,
     bounds: Vec<f64>,
-    /// The cost of the plan without limits.
+    /// The cost of the plan without limits, where the rounds start from it.
     cost: f64,
     /// How far beyond each end a number may be.
     tolerances: Vec<f64>,
     penalties: Vec<f64>,
+    /// How often penalties grew.
+    growths: usize,
     /// Iterations so far.
     iterations: usize,
     regularised: usize,
 }
 
 impl<'a> Rounds<'a> {
-    fn new(
+    /// Rounds without penalties.
+    fn of(problem: NominalProblem<'a>, limits: &'a dyn Constraints, bounds: Vec<f64>) -> Self {
+        let tolerances = bounds.iter().map(|bound| SHARE * LIMIT_TOLERANCE * (1.0 + bound.abs())).collect();
+        let (penalties, growths) = (Vec::new(), 0);
+        Self { problem, limits, bounds, cost: 0.0, tolerances, penalties, growths, iterations: 0, regularised: 0 }
+    }
+
+    /// Rounds that start from a plan without limits.
+    fn from_free(
         problem: NominalProblem<'a>,
         limits: &'a dyn Constraints,
         bounds: Vec<f64>,
         plan: &Plan,
         scratch: &mut Scratch,
     ) -> Self {
-        let tolerances = bounds.iter().map(|bound| SHARE * LIMIT_TOLERANCE * (1.0 + bound.abs())).collect();
-        let cost = plan.nominal_cost.abs().max(f64::MIN_POSITIVE.sqrt());
-        let mut rounds =
-            Self { problem, limits, bounds, cost, tolerances, penalties: Vec::new(), iterations: 0, regularised: 0 };
+        let mut rounds = Self::of(problem, limits, bounds);
+        rounds.cost = plan.nominal_cost.abs().max(f64::MIN_POSITIVE.sqrt());
         rounds.penalties = rounds.first_penalties(plan, scratch);
         (rounds.iterations, rounds.regularised) = (plan.iterations, plan.regularised);
         rounds
+    }
+
+    /// Continues the rounds of another plan, from the controls in `plan`; returns whether limits are kept. A plan that is
+    /// held there changes little from one problem to the next, and is far from one without limits.
+    fn stay(
+        mut self,
+        settings: &PlanSettings,
+        held: &Held,
+        plan: &mut Plan,
+        work: &mut PlanWorkspace,
+        scratch: &mut Scratch,
+    ) -> Result<bool, Error> {
+        if let Some(bounds) = self.problem.bounds {
+            bounds.clamp_all(&mut plan.trajectory.controls);
+        }
+        let cost = self.problem.system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
+        if !cost.is_finite() {
+            plan.iterations = 0;
+            return Ok(false);
+        }
+        plan.multipliers = held.multipliers.clone();
+        (self.penalties, self.growths) = (held.penalties.clone(), held.growths);
+        let missed = self.missed(plan, scratch);
+        let status = self.rounds(settings, (missed, HELD_TOLERANCE, Patience::CloseOrNever), plan, work, scratch);
+        plan.iterations = self.iterations;
+        let ends = status == PlanStatus::TimeLimit || status.is_converged() && self.is_kept(plan, scratch);
+        if ends {
+            self.finish((plan, settings), status, scratch)?;
+        }
+        Ok(ends)
     }
 
     /// Penalties under which each end's excess along the trajectory, or a tenth of its bound, costs twice what the plan
@@ -207,21 +260,24 @@ impl<'a> Rounds<'a> {
         let exceeds = |excess: f64, bound: f64| excess > NEAR * bound.abs();
         let (free, by_little) = (plan.trajectory.controls.clone(), !self.is_any(plan, scratch, exceeds));
         let from_guess = !by_little && self.start_from_better(guess, plan, scratch);
-        let mut status = self.rounds((settings, missed), plan, work, scratch);
+        let mut status = self.rounds(settings, (missed, FIRST_TOLERANCE, Patience::Close), plan, work, scratch);
         let is_last = matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations)
             || status.is_converged() && self.is_kept(plan, scratch);
         if !is_last && (from_guess || by_little) {
             // Retry from the other starting point, if there is one.
-            let ended = (plan.trajectory.controls.clone(), plan.multipliers.clone(), self.penalties.clone());
+            let ended = (plan.trajectory.controls.clone(), plan.multipliers.clone());
+            let stiffness = (self.penalties.clone(), self.growths);
             plan.trajectory.controls = free;
             plan.nominal_cost =
                 self.problem.system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
             plan.multipliers.as_mut_slice().fill(0.0);
             self.penalties = self.first_penalties(plan, scratch);
+            self.growths = 0;
             if from_guess || self.start_from_better(guess, plan, scratch) {
-                status = self.rounds((settings, missed), plan, work, scratch);
+                status = self.rounds(settings, (missed, FIRST_TOLERANCE, Patience::Close), plan, work, scratch);
             } else {
-                (plan.trajectory.controls, plan.multipliers, self.penalties) = ended;
+                (plan.trajectory.controls, plan.multipliers) = ended;
+                (self.penalties, self.growths) = stiffness;
             }
         }
         self.finish((plan, settings), status, scratch)
@@ -230,36 +286,47 @@ impl<'a> Rounds<'a> {
     /// Rounds until limits are kept and the plan is stationary, or what ended them, given by how much they were missed before.
     fn rounds(
         &mut self,
-        (settings, mut missed): (&PlanSettings, f64),
+        settings: &PlanSettings,
+        (mut missed, mut tolerance, patience): (f64, f64, Patience),
         plan: &mut Plan,
         work: &mut PlanWorkspace,
         scratch: &mut Scratch,
     ) -> PlanStatus {
-        let (mut tolerance, mut growths, mut stuck) = (FIRST_TOLERANCE, 0, 0);
+        let mut stuck = 0;
         let mut status = PlanStatus::LimitsExceeded;
         for _ in 0..MOST_ROUNDS {
             // Once limits are met, only the final tolerance remains.
-            tolerance = if missed <= 1.0 { settings.tolerance } else { (tolerance / TIGHTER).max(settings.tolerance) };
-            status = self.round(&settings.to_tolerance(tolerance), plan, work, scratch);
-            if matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations) {
+            let last = settings.tolerance.max(self.rounding(plan));
+            tolerance = if missed <= 1.0 { last } else { (tolerance / TIGHTER).max(last) };
+            status = self.round(Asked::of(&settings.to_tolerance(tolerance), patience), plan, work, scratch);
+            let is_lost = patience == Patience::CloseOrNever && !status.is_converged();
+            if is_lost || matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations) {
                 break;
             }
             let left = self.missed(plan, scratch);
-            if left <= 1.0 && tolerance <= settings.tolerance {
+            if left <= 1.0 && (tolerance <= last || plan.relative_stationarity <= last) {
                 break;
             }
             stuck = if left > 1.0 && left > 0.5 * missed { stuck + 1 } else { 0 };
             let enough = if missed < CLOSE { ENOUGH_CLOSE } else { ENOUGH };
             if left > 1.0 && left > enough * missed {
-                if growths == MOST_GROWTHS || stuck == MOST_STUCK {
+                if self.growths == MOST_GROWTHS || stuck == MOST_STUCK {
                     break;
                 }
-                growths += 1;
+                self.growths += 1;
                 self.penalties.iter_mut().for_each(|rho| *rho *= GROWTH);
             }
             missed = left;
         }
         status
+    }
+
+    /// The stationarity that the rounding of excesses leaves, as penalties multiply it: relative to the largest multiplier.
+    fn rounding(&self, plan: &Plan) -> f64 {
+        let largest = plan.multipliers.as_slice().iter().copied().fold(0.0, f64::max);
+        let errors = self.penalties.iter().zip(&self.bounds).map(|(rho, bound)| rho * bound.abs() * f64::EPSILON);
+        let error = errors.fold(0.0, f64::max) / largest;
+        if error.is_finite() { (ROUNDINGS * error).min(MOST_ROUNDING) } else { 0.0 }
     }
 
     /// Whether the limits are met within their tolerances.
@@ -305,20 +372,14 @@ impl<'a> Rounds<'a> {
     }
 
     /// One round: minimises the augmented Lagrangian, and takes its slopes as the multipliers.
-    fn round(
-        &mut self,
-        settings: &PlanSettings,
-        plan: &mut Plan,
-        work: &mut PlanWorkspace,
-        scratch: &mut Scratch,
-    ) -> PlanStatus {
+    fn round(&mut self, asked: Asked, plan: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) -> PlanStatus {
         let multipliers = plan.multipliers.clone();
         let system = self.augmented(&multipliers);
         let problem = NominalProblem { system: &system, ..self.problem };
         let phi = problem.phi;
         plan.nominal_cost = system.roll_out(RollOut::Controls, phi, &mut plan.trajectory, scratch);
         (plan.iterations, plan.regularised) = (0, 0);
-        let status = minimise(problem, Asked::of(settings, Patience::Close), plan, work, scratch);
+        let status = minimise(problem, asked, plan, work, scratch);
         plan.multipliers = system.slopes(plan.trajectory.points(), phi, scratch);
         self.iterations += plan.iterations;
         self.regularised += plan.regularised;
@@ -346,6 +407,7 @@ impl<'a> Rounds<'a> {
         // The knots are those of the cost itself.
         set_curvature(problem, plan.curvature, plan, scratch);
         plan.multipliers = multipliers;
+        (plan.penalties, plan.growths) = (self.penalties, self.growths);
         finished
     }
 }
