@@ -100,8 +100,8 @@ pub struct NewOptions {
     /// What the robot does, with a tool on a compliant mount [default: the limb reaches a point, without a mount]
     #[arg(long, value_enum, requires = "robot")]
     pub template: Option<Template>,
-    /// Link or frame that the tool is mounted on [default: the most likely tool frame]
-    #[arg(long, value_name = "NAME", requires = "template")]
+    /// Link or frame that the tool is mounted on, or that reaches the point [default: the most likely tool frame]
+    #[arg(long, value_name = "NAME", requires = "robot")]
     pub frame: Option<String>,
     /// Outward normal of the wall, such as +z or 0,-1,1 [default: that of the best posture]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "template")]

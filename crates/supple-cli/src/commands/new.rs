@@ -6,6 +6,7 @@ mod place;
 mod robot;
 mod rules;
 mod templates;
+mod tool;
 mod tried;
 
 use std::io::ErrorKind;
@@ -48,7 +49,7 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     let (text, chosen) = match (&asked.robot, asked.model) {
         (Some(file), _) => match asked.template {
             Some(_) => draft::task(&title, file, &path, &asked)?,
-            None => (robot::task(&title, file, &asked.package_roots, &path)?, None),
+            None => robot::task(&title, file, &path, &asked)?,
         },
         (None, ModelKind::TwoMass) => (TWO_MASS.replace("@TITLE@", &title), None),
         (None, ModelKind::Linear) => (LINEAR.replace("@TITLE@", &title), None),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use supple_robot::{LoadOptions, load};
 use supple_text::quoted;
 
-use super::limb::likeliest;
+use super::tool::Tool;
 use crate::arguments::{ModelKind, NewOptions};
 use crate::commands::robot::Planning;
 use crate::failure::Failure;
@@ -81,15 +81,17 @@ impl Asked {
         if let Some(file) = self.robot.clone() {
             let options = LoadOptions { package_roots: self.package_roots.clone(), ..LoadOptions::default() };
             let robot = load(&file, &options)?;
-            let likeliest = likeliest(&Planning::of(&robot));
+            let likeliest = Tool::likeliest(&Planning::of(&robot)).frame;
             let known = |text: &str| match robot.frame(text) {
+                None if text == likeliest => Ok(text.to_owned()),
                 Some(_) => Ok(text.to_owned()),
                 None => {
                     let names: Vec<_> = robot.links.iter().map(|link| &link.name).collect();
                     Err(format!("the robot has no such link or frame: it has {}", quoted(&names)))
                 }
             };
-            self.frame = Some(question("Frame that the tool is mounted on", &likeliest, known)?);
+            let frame = question("Frame that the tool is mounted on", &likeliest, known)?;
+            self.frame = Some(frame).filter(|frame| *frame != likeliest);
         }
         let wall = |text: &str| if text == "best" { Ok(None) } else { normal(text).map(Some) };
         self.wall = question("Outward normal of the wall, such as +z or 0,-1,1", "best", wall)?;

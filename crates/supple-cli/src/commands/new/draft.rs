@@ -98,7 +98,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
     warn_of_still(&limb.planning);
     warn_of_fast(&limb);
     best.faults.iter().chain(&best.remarks).for_each(|fault| warn(fault));
-    Ok((best.text(), asked.frame.is_none().then(|| limb.chosen())))
+    Ok((best.text(), asked.frame.is_none().then(|| limb.chosen("the tool is on"))))
 }
 
 /// The error if there is no posture to start from.
@@ -108,7 +108,7 @@ fn without_posture(limb: &Limb, asked: &Asked) -> Failure {
         None if limb.joints().len() < FEW && asked.wall.is_none() => {
             format!(
                 "no joint of this limb moves a tool at `{}`, whose origin lies on the joints' axes: choose a --frame beside them",
-                limb.frame
+                limb.frame()
             )
         }
         None if limb.joints().len() < FEW => {
@@ -117,7 +117,7 @@ fn without_posture(limb: &Limb, asked: &Asked) -> Failure {
         }
         None => format!(
             "no posture was found in which a tool at `{}` faces a wall; give --at, another --wall, or another --frame",
-            limb.frame
+            limb.frame()
         ),
     })
 }
@@ -175,7 +175,7 @@ fn limb(whole: &Planning, template: Template, file: &Path, asked: &Asked) -> Res
         return Err(Failure::usage(format!(
             "--template {name}: {what} requires at least {needed} joints, but `{}` is moved by {joints}; try --template press, \
              hold or reach, or a --frame that more joints move",
-            limb.frame
+            limb.frame()
         )));
     }
     Ok(limb)

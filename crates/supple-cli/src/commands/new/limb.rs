@@ -2,30 +2,25 @@
 
 use std::path::Path;
 
-use supple_robot::{Joint, JointKind, Numbers, Pose, Tree};
+use supple_robot::{Joint, JointKind, Numbers, Pose};
 use supple_text::{nearest, owned, quoted};
 
+use super::tool::Tool;
 use crate::commands::robot::Planning;
 use crate::failure::Failure;
 
 /// Maximum number of joints that a task moves: those nearest the frame.
 pub const MOST_JOINTS: usize = 7;
-/// Minimum number of joints of an arm that carries fingers, and maximum number of joints of a finger.
-const ARM: usize = 5;
-const FINGER: usize = 7;
 /// Maximum that a sliding joint adds to the reach, m: contact sizes should not scale with the length of a rail.
 const SLIDE: f64 = 0.5;
-/// Names of tool centre points, possibly prefixed by the arm's name: `panda_hand_tcp`.
-const POINTS: [&str; 2] = ["tool0", "tcp"];
-/// Names of the other frames that tools are mounted on, the likeliest first.
-const TOOLS: [&str; 7] = ["ee_link", "flange", "end_effector", "attachment_site", "link_ee", "gripper", "hand"];
-
 /// A limb.
 pub struct Limb {
     /// The robot, joints that are not of the limb locked.
     pub planning: Planning,
-    /// Where a tool is mounted: link or frame of the robot's file.
-    pub frame: String,
+    /// Where a tool is mounted.
+    pub tool: Tool,
+    /// Whether joints of it are locked, as there are more than [`MOST_JOINTS`].
+    pub is_long: bool,
     pub link: usize,
     /// The frame in its link.
     pub pose: Pose,
@@ -45,32 +40,33 @@ impl Limb {
     /// # Errors
     /// Where there is no such frame, or no joint moves it.
     pub fn of(whole: &Planning, frame: Option<&str>, file: &Path) -> Result<Self, Failure> {
-        let robot = &whole.robot;
-        let named = || {
-            let links = robot.links.iter().map(|link| link.name.as_str());
-            links.chain(robot.frames.iter().map(|frame| frame.name.as_str()))
-        };
-        let name = match frame {
-            Some(name) => name.to_owned(),
-            None => likeliest(whole),
-        };
+        let tool = frame.map_or_else(|| Tool::likeliest(whole), Tool::named);
+        let (robot, name) = (tool.robot(&whole.robot), &tool.frame);
         let wrong = |why: String| Failure::usage(format!("--frame {name}: {why}"));
-        let Some((link, pose)) = robot.frame(&name) else {
-            let names: Vec<&str> = named().collect();
-            let hint = nearest(&name, &names).map_or_else(String::new, |hint| format!(" ({hint})"));
+        let Some((link, pose)) = robot.frame(name) else {
+            let links = robot.links.iter().map(|link| link.name.as_str());
+            let names: Vec<&str> = links.chain(robot.frames.iter().map(|frame| frame.name.as_str())).collect();
+            let hint = nearest(name, &names).map_or_else(String::new, |hint| format!(" ({hint})"));
             return Err(wrong(format!("{} has no such link or frame: {}{hint}", file.display(), owned(&names))));
         };
         let mut dofs = joints_to(whole, link);
         if dofs.is_empty() {
             return Err(wrong("no joint moves it".into()));
         }
+        let is_long = dofs.len() > MOST_JOINTS;
         dofs.truncate(MOST_JOINTS);
         let others: Vec<usize> = (0..whole.tree.dofs()).filter(|dof| !dofs.contains(dof)).collect();
-        let planning = whole.locking(&others);
+        let mut planning = whole.locking(&others);
+        planning.robot = tool.robot(&planning.robot);
         let gravity = planning.robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
         let [reach, span] = [SLIDE, f64::INFINITY].map(|slide| length(&planning, link, &pose, slide));
         let mass = moved(&planning);
-        Ok(Self { planning, frame: name, link, pose, gravity, reach, span, mass })
+        Ok(Self { planning, tool, is_long, link, pose, gravity, reach, span, mass })
+    }
+
+    /// The name of the frame on which a tool is mounted.
+    pub fn frame(&self) -> &str {
+        &self.tool.frame
     }
 
     /// Whether all of its joints slide.
@@ -115,8 +111,8 @@ impl Limb {
         self.planning.robot.joints[self.planning.tree.joint_indices()[dof]].stiffness
     }
 
-    /// What moves the tool, for people.
-    pub fn chosen(&self) -> String {
+    /// What moves the tool, for people; `what` is there.
+    pub fn chosen(&self, what: &str) -> String {
         let joints = self.joints();
         let driven = self.driven();
         let passive: Vec<&String> =
@@ -124,7 +120,7 @@ impl Limb {
         let moved: Vec<&String> = driven.into_iter().map(|dof| &joints[dof]).collect();
         let still =
             if passive.is_empty() { String::new() } else { format!(", and without drives {}", quoted(&passive)) };
-        format!("the tool is on `{}`, moved by {}{still}; --frame chooses another place", self.frame, quoted(&moved))
+        format!("{what} `{}`, moved by {}{still}; --frame chooses another place", self.frame(), quoted(&moved))
     }
 
     /// The least speed limit of its joints that slide, m/s, or of those that turn, rad/s; infinite where the file has none.
@@ -185,61 +181,8 @@ pub fn driven(planning: &Planning) -> Vec<usize> {
     [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
 }
 
-/// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; otherwise the link
-/// that carries fingers; otherwise the last link moved by most joints. Only driven joints count; among links moved by
-/// equally many drives, those moved by the fewest undriven joints are preferred.
-pub fn likeliest(whole: &Planning) -> String {
-    let robot = &whole.robot;
-    let driven = driven(whole);
-    // How many drives move a link, and how many joints without a drive do.
-    let moved = |link: usize| {
-        let dofs = joints_to(whole, link);
-        let count = dofs.iter().filter(|dof| driven.contains(dof)).count();
-        (count, dofs.len() - count)
-    };
-    let depth = |name: &str| robot.frame(name).map_or(0, |(link, _)| moved(link).0);
-    let most = (0..robot.links.len()).map(|link| moved(link).0).max().unwrap_or(0);
-    // The link that carries the first joint of a finger.
-    let bodies = whole.tree.bodies();
-    let palm = palm(&whole.tree).and_then(|palm| bodies.iter().find(|body| body.parent == Some(palm)));
-    let palm = palm.map(|finger| robot.joints[finger.joint].parent);
-    // If there is a palm, compare with its joints only, not with those of the fingers.
-    let most = palm.map_or(most, |link| moved(link).0);
-    let links = robot.links.iter().map(|link| link.name.as_str());
-    let names: Vec<&str> = links.chain(robot.frames.iter().map(|frame| frame.name.as_str())).collect();
-    let is_called =
-        |name: &str, tool: &str| name == tool || name.strip_suffix(tool).is_some_and(|arm| arm.ends_with('_'));
-    let points = POINTS.iter().filter_map(|tool| names.iter().copied().find(|name| is_called(name, tool)));
-    let usual = points.chain(TOOLS).find(|name| depth(name) >= 3.max(most.saturating_sub(2)));
-    if let Some(name) = usual {
-        return name.to_owned();
-    }
-    let rank = |&link: &usize| (moved(link).0, std::cmp::Reverse(moved(link).1));
-    let last = palm.or_else(|| (0..robot.links.len()).max_by_key(rank));
-    robot.links[last.unwrap_or(robot.links.len() - 1)].name.clone()
-}
-
-/// The palm: the body at the end of an arm that carries at least two limbs with few joints each; `None` if
-/// there is none. Fingers may branch too, so the candidate closest to the world is chosen.
-fn palm(tree: &Tree) -> Option<usize> {
-    let bodies = tree.bodies();
-    // For each body: its depth, the number of limbs it carries, and the number of joints in the longest of them.
-    let (mut depths, mut limbs, mut beyond) = (vec![0; bodies.len()], vec![0; bodies.len()], vec![0; bodies.len()]);
-    for (body, found) in bodies.iter().enumerate() {
-        depths[body] = found.parent.map_or(1, |parent| depths[parent] + 1);
-    }
-    for (body, found) in bodies.iter().enumerate().rev() {
-        if let Some(parent) = found.parent {
-            limbs[parent] += 1;
-            beyond[parent] = beyond[parent].max(beyond[body] + 1);
-        }
-    }
-    let is_palm = |body: &usize| depths[*body] >= ARM && limbs[*body] > 1 && beyond[*body] <= FINGER;
-    (0..bodies.len()).filter(is_palm).min_by_key(|&body| depths[body])
-}
-
 /// The degrees of freedom that move a link, the nearest first.
-fn joints_to(planning: &Planning, link: usize) -> Vec<usize> {
+pub fn joints_to(planning: &Planning, link: usize) -> Vec<usize> {
     let mut dofs = Vec::new();
     let mut body = planning.tree.body_of(link);
     while let Some(found) = body.map(|body| &planning.tree.bodies()[body]) {

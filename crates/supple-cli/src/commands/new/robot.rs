@@ -6,15 +6,14 @@ use std::path::{Path, PathBuf};
 use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Robot, bias, load, mass_matrix};
 use supple_text::{quoted, short, significant};
 
-use super::limb::{self, falling};
+use super::ask::Asked;
+use super::limb::{Limb, MOST_JOINTS, falling};
 use super::rules::plain;
 use super::tried::{distance, evaluate, exceeded};
 use crate::commands::robot::{Planning, SMOOTHING};
 use crate::failure::Failure;
 use crate::output::warn;
 
-/// Joints that the task moves at most; others are locked.
-const MOST_JOINTS: usize = 7;
 /// How far joints turn or slide to the goal, rad or m.
 const TURN: f64 = 0.2;
 const SLIDE: f64 = 0.05;
@@ -37,16 +36,22 @@ const BESIDE: f64 = 0.1;
 ///
 /// # Errors
 /// Where the file is wrong, or nothing in it can be planned.
-pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> Result<String, Failure> {
+pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(String, Option<String>), Failure> {
+    let package_roots = &asked.package_roots;
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
-    let options = LoadOptions { package_roots: package_roots.to_vec(), ..LoadOptions::default() };
+    let options = LoadOptions { package_roots: package_roots.clone(), ..LoadOptions::default() };
     let robot = load(file, &options)?;
     let whole = Planning::of(&robot);
     if let Some(why) = whole.obstacle() {
         return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
     }
     warn_of_still(&whole);
-    let (planning, end) = limb(&whole);
+    let limb = Limb::of(&whole, asked.frame.as_deref(), file)?;
+    let chosen = asked.frame.is_none().then(|| limb.chosen("the point is reached by"));
+    // Few joints are all planned.
+    let all = || Planning { robot: limb.tool.robot(&whole.robot), ..whole.locking(&[]) };
+    let few = (whole.tree.dofs() <= MOST_JOINTS).then(all);
+    let planning = few.as_ref().unwrap_or(&limb.planning);
     let gravity = robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
     let mut text = format!(
         "# The end of a limb reaches a point. Try:\n#\n#     supple evaluate FILE    plan, information and cost\n\
@@ -62,13 +67,14 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> 
     if let Some(line) = planning.locked_line() {
         let _ = writeln!(text, "{line}   # remove those to be planned");
     }
-    let driven = driven(&planning);
+    let driven = driven(planning);
     if driven.len() < planning.tree.dofs() {
         let names: Vec<_> = driven.iter().map(|&dof| format!("{:?}", planning.tree.joints()[dof])).collect();
         let _ =
             writeln!(text, "actuated = [{}]   # the file gives no effort limit for the other joints", names.join(", "));
     }
-    let reach = Reach::of(&planning, end, gravity);
+    limb.tool.write(&mut text);
+    let reach = Reach::of(planning, &limb, gravity);
     let tried = |cheaper: f64, slower: f64, keeps: Keeps| -> Result<(String, Plan), Failure> {
         let limits = if keeps.positions { reach.limits() } else { String::new() };
         let text = format!("{text}{}{limits}", reach.text(cheaper, slower, keeps));
@@ -109,7 +115,7 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], path: &str) -> 
     }
     plan.missed.iter().chain(&plan.exceeded).for_each(|what| warn(what));
     warn_of_file(&robot);
-    Ok(text)
+    Ok((text, chosen))
 }
 
 /// Prints what the robot file's reader warns of, as every command does that reads the task.
@@ -126,42 +132,6 @@ pub fn warn_of_still(planning: &Planning) {
              correct `lower` and `upper` there"
         ));
     }
-}
-
-/// The limb with the most driven joints, of up to [`MOST_JOINTS`] in all, other joints locked where there are more than that,
-/// and the name of the link at its end.
-fn limb(whole: &Planning) -> (Planning, String) {
-    let (tree, robot) = (&whole.tree, &whole.robot);
-    let joints_to = |link: usize| {
-        let mut dofs = Vec::new();
-        let mut body = tree.body_of(link);
-        while let Some(found) = body.map(|body| &tree.bodies()[body]) {
-            if !dofs.contains(&found.dof) {
-                dofs.push(found.dof);
-            }
-            body = found.parent;
-        }
-        dofs
-    };
-    // What no drive moves is no limb, but an object.
-    let drives = limb::driven(whole);
-    let moves = |dofs: &[usize]| {
-        let driven = dofs.iter().filter(|dof| drives.contains(dof)).count();
-        (driven, std::cmp::Reverse(dofs.len() - driven))
-    };
-    let mut best = (0, Vec::new());
-    for link in 0..robot.links.len() {
-        let dofs = joints_to(link);
-        if moves(&dofs) >= moves(&best.1) && dofs.len() <= MOST_JOINTS {
-            best = (link, dofs);
-        }
-    }
-    let end = robot.links[best.0].name.clone();
-    if tree.dofs() <= MOST_JOINTS {
-        return (whole.locking(&[]), end);
-    }
-    let others: Vec<usize> = (0..tree.dofs()).filter(|dof| !best.1.contains(dof)).collect();
-    (whole.locking(&others), end)
 }
 
 /// Joints with drives: those with an effort limit above 0, or all where none has.
@@ -193,8 +163,8 @@ struct Keeps {
 /// The task: where the limb starts, and where it ends.
 struct Reach<'a> {
     planning: &'a Planning,
-    /// The link at the end of the limb.
-    end: String,
+    /// The frame at the end of the limb.
+    end: &'a str,
     /// Positions of the joints to reach.
     goal: Vec<f64>,
     /// Where the end of the limb is at the start and at the goal, m.
@@ -205,12 +175,11 @@ struct Reach<'a> {
 }
 
 impl<'a> Reach<'a> {
-    fn of(planning: &'a Planning, end: String, gravity: [f64; 3]) -> Self {
+    fn of(planning: &'a Planning, limb: &'a Limb, gravity: [f64; 3]) -> Self {
         let Planning { robot, tree, start, .. } = planning;
         let numbers = Numbers::of(robot, gravity);
         let goal = goal(planning);
-        let link = robot.link(&end).unwrap_or(0);
-        let place = |q: &[f64]| Kinematics::at_rest(tree, &numbers, q).poses()[link].position;
+        let place = |q: &[f64]| Kinematics::at_rest(tree, &numbers, q).poses()[limb.link].compose(&limb.pose).position;
         let (from, to) = (place(start), place(&goal));
         let kinematics = Kinematics::at_rest(tree, &numbers, start);
         let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
@@ -233,7 +202,7 @@ impl<'a> Reach<'a> {
                 held.abs() + numbers.joints[joint].friction + numbers.joints[joint].damping * speed
             });
         let effort = efforts.fold(1.0, f64::max);
-        Self { planning, end, goal, from, to, effort }
+        Self { planning, end: limb.frame(), goal, from, to, effort }
     }
 
     /// How far the end of the limb moves, m.

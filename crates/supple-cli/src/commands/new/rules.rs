@@ -171,7 +171,7 @@ impl Rules {
             let most = short(2.0 * limb.span, 3);
             return Err(Failure::usage(format!(
                 "--set travel: the tool at `{}` can move by {most} m at most, from end to end; found {found}",
-                limb.frame
+                limb.frame()
             )));
         }
         Ok(())

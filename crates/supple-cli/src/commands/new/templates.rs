@@ -127,7 +127,9 @@ impl Draft<'_> {
              #     supple check FILE       compare every derivative with finite differences\n#\n\
              # docs/tasks.md lists all keys, docs/choosing.md explains the rules of thumb behind the numbers.\n\
              title = {:?}\n\n[model]\nkind = \"robot\"\nfile = {:?}\n",
-            limb.frame, self.title, self.file
+            limb.frame(),
+            self.title,
+            self.file
         );
         if !self.package_roots.is_empty() {
             let _ = writeln!(text, "package_roots = {}", names(&self.package_roots));
@@ -135,8 +137,9 @@ impl Draft<'_> {
         if let Some(line) = limb.planning.locked_line() {
             let _ = writeln!(
                 text,
-                "# Joints that are not of the limb of `{}`, or that move no inertia.\n{line}",
-                limb.frame
+                "# Joints that are not of the limb of `{}`, {}or that move no inertia.\n{line}",
+                limb.frame(),
+                if limb.is_long { "that are not among its last seven, " } else { "" }
             );
         }
         if let Some(substeps) = self.substeps {
@@ -147,6 +150,7 @@ impl Draft<'_> {
         if limb.planning.robot.gravity.is_none() {
             said(text, "gravity = [0.0, 0.0, -9.81]", "m/s^2");
         }
+        limb.tool.write(text);
     }
 
     fn mount(&self, text: &mut String) {
@@ -164,10 +168,10 @@ impl Draft<'_> {
         let _ = write!(
             text,
             "\n# The mount: three slides with springs, and the tool beyond them. z points {}.\n\
-             [[model.insert]]\nname = {:?}\nframe = {:?}\nrpy = {}\n",
+             [[model.insert]]\nname = {:?}\n{}\nrpy = {}\n",
             if template.touches() { "into the wall" } else { "forwards" },
             self.mount_name(),
-            limb.frame,
+            limb.tool.mount(),
             list(&start.mount),
         );
         let _ = writeln!(text, "axes = [\"x\", \"y\", \"z\"]");

@@ -39,7 +39,7 @@ impl Draft<'_> {
                 let positions = limb.joints().iter().zip(&start.q);
                 positions.map(|(joint, q)| format!("\"q.{joint}\" = {:?}\n", plain(*q))).collect::<String>()
             } else {
-                let (frame, position) = (&limb.frame, list(&start.position));
+                let (frame, position) = (limb.frame(), list(&start.position));
                 format!("pose = {{ frame = {frame:?}, position = {position}{turned} }}   # by inverse kinematics\n")
             }
         );

@@ -1,0 +1,308 @@
+//! Where a robot carries its tool.
+
+use std::cmp::Reverse;
+use std::fmt::Write;
+
+use supple_robot::{Frame, Kinematics, Numbers, Pose, Robot, Tree};
+
+use super::limb::{driven, joints_to};
+use super::rules::plain;
+use crate::commands::robot::Planning;
+
+/// Minimum number of joints of an arm that carries fingers, and maximum number of joints of a finger.
+const ARM: usize = 5;
+const FINGER: usize = 7;
+/// Words of links that hold things, and do not carry a tool; and a word of joints of such links only.
+const JAWS: [&str; 5] = ["finger", "jaw", "thumb", "knuckle", "claw"];
+const GRIPPER: &str = "gripper";
+/// Minimum number of driven joints of a limb that carries a single jaw.
+const LIMB: usize = 3;
+/// Last words of the names of frames on which tools are mounted, the likeliest first, as in `panda_hand_tcp`; and of frames
+/// on which they are only if these are not at the last joint.
+const TOOLS: [&str; 13] = [
+    "tool0",
+    "tcp",
+    "tool_center_point",
+    "grasp",
+    "ee",
+    "eef",
+    "flange",
+    "end_effector",
+    "attachment",
+    "tool_tip",
+    "tip",
+    "fingertip",
+    "tool",
+];
+const HANDS: [&str; 3] = [GRIPPER, "hand", "foot"];
+/// Words after them that say nothing.
+const ADDED: [&str; 4] = ["link", "frame", "site", "point"];
+/// Words of frames at which nothing is mounted.
+const SENSORS: [&str; 6] = ["camera", "imu", "sensor", "optical", "lidar", "ft"];
+/// Places closer than this are the same, m.
+const SAME: f64 = 1e-3;
+
+/// Where a tool is mounted.
+pub struct Tool {
+    /// Link or frame of the robot's file, or the frame that the task adds.
+    pub frame: String,
+    /// Where the task adds it.
+    pub added: Option<Added>,
+}
+
+/// A frame of the task where the robot's file has none.
+#[derive(Clone)]
+pub struct Added {
+    /// The link that it is on, and its index.
+    on: String,
+    link: usize,
+    /// Its place in the link, m.
+    position: [f64; 3],
+}
+
+impl Tool {
+    /// A frame by its name.
+    pub fn named(frame: &str) -> Self {
+        Self { frame: frame.to_owned(), added: None }
+    }
+
+    /// The robot with the frame that the task adds.
+    pub fn robot(&self, robot: &Robot) -> Robot {
+        let mut robot = robot.clone();
+        if let Some(Added { link, position, .. }) = self.added {
+            let pose = Pose { position, ..Pose::IDENTITY };
+            robot.frames.push(Frame { name: self.frame.clone(), link, pose });
+        }
+        robot
+    }
+
+    /// The lines of a task file that mount joints on it; frames of the task itself carry none.
+    pub fn mount(&self) -> String {
+        match &self.added {
+            Some(Added { on, position, .. }) => format!("frame = {on:?}\nposition = [{}]", numbers(*position)),
+            None => format!("frame = {:?}", self.frame),
+        }
+    }
+
+    /// Its lines in a task file, after those of `[model]`.
+    pub fn write(&self, text: &mut String) {
+        if let Some(Added { on, position, .. }) = &self.added {
+            let position = numbers(*position);
+            let _ = write!(
+                text,
+                "\n# The robot file has no frame beyond the last joint: this one is twice as far as the centre of mass.\n\
+                 [model.frames.{}]\non = {on:?}\nposition = [{position}]             # m\n",
+                self.frame
+            );
+        }
+    }
+
+    /// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; otherwise
+    /// the link that carries fingers; otherwise the last link moved by most joints, or what is beyond its joint. Only driven
+    /// joints count, and not those of a gripper; among links moved by equally many drives, those moved by the fewest
+    /// undriven joints are preferred.
+    pub fn likeliest(whole: &Planning) -> Self {
+        let robot = &whole.robot;
+        let reach = Moved::of(whole);
+        let palm = palm_link(whole);
+        let links = 0..robot.links.len();
+        let most = links.clone().map(|link| reach.drives(link)).max().unwrap_or(0);
+        // If there is a palm, compare with its joints only, not with those of the fingers.
+        let most = palm.map_or(most, |link| reach.drives(link));
+        let enough = most.min(3).max(most.saturating_sub(2));
+        let places = reach.places();
+        for (rank, tool) in TOOLS.iter().chain(&HANDS).enumerate() {
+            let least = if rank < TOOLS.len() { 0.0 } else { SAME };
+            let called = places.iter().filter(|place| {
+                is_called(place.name, tool) && reach.drives(place.link) >= enough && place.distance >= least
+            });
+            if let Some(place) = farthest(called) {
+                return Self::named(place.name);
+            }
+        }
+        let rank = |&link: &usize| (reach.drives(link), Reverse(reach.undriven(link)));
+        let last = palm.or_else(|| links.max_by_key(rank)).unwrap_or(0);
+        let (None, Some(body)) = (palm, whole.tree.body_of(last)) else {
+            return Self::named(&robot.links[last].name);
+        };
+        let beyond = places.iter().filter(|place| {
+            let beside = whole.tree.body_of(place.link) == Some(body) && place.distance >= SAME;
+            beside && !words(place.name).iter().any(|word| SENSORS.contains(&word.as_str()))
+        });
+        match farthest(beyond) {
+            Some(place) => Self::named(place.name),
+            None => Self::beyond_mass(robot, whole.tree.bodies()[body].joint + 1),
+        }
+    }
+
+    /// The frame twice as far from a link's origin as its centre of mass; the link itself where that is at its origin.
+    fn beyond_mass(robot: &Robot, link: usize) -> Self {
+        let on = robot.links[link].name.clone();
+        let position = robot.links[link].inertia.map_or([0.0; 3], |inertia| inertia.center.map(|entry| 2.0 * entry));
+        if norm(position) < SAME {
+            return Self::named(&on);
+        }
+        let taken = |name: &str| robot.frame(name).is_some() || robot.joints.iter().any(|joint| joint.name == name);
+        let mut names = std::iter::once("tip".to_owned()).chain((2..).map(|number| format!("tip_{number}")));
+        let frame = names.find(|name| !taken(name)).unwrap_or_default();
+        Self { frame, added: Some(Added { on, link, position }) }
+    }
+}
+
+/// A link or frame of a robot.
+struct Place<'a> {
+    name: &'a str,
+    link: usize,
+    /// How far it is from the last joint that moves it, m.
+    distance: f64,
+}
+
+/// Which joints move links.
+struct Moved<'a> {
+    whole: &'a Planning,
+    driven: Vec<usize>,
+    /// For each body, whether it is a jaw.
+    jaws: Vec<bool>,
+}
+
+impl<'a> Moved<'a> {
+    fn of(whole: &'a Planning) -> Self {
+        let mut moved = Self { whole, driven: driven(whole), jaws: vec![false; whole.tree.bodies().len()] };
+        let bodies = whole.tree.bodies();
+        for body in (0..bodies.len()).rev() {
+            let joint = &whole.robot.joints[bodies[body].joint];
+            let child = &whole.robot.links[bodies[body].joint + 1].name;
+            let (joint, child) = (joint.name.to_lowercase(), child.to_lowercase());
+            let holds = |name: &str| JAWS.iter().any(|jaw| name.contains(jaw));
+            let carries = (0..bodies.len()).any(|other| bodies[other].parent == Some(body) && !moved.jaws[other]);
+            let limb = bodies[body].parent.map_or(0, |parent| moved.drives_of(Some(parent)));
+            let is_jaw = joint.contains(GRIPPER) || holds(&joint) || holds(&child);
+            moved.jaws[body] = !carries && limb >= LIMB && is_jaw;
+        }
+        moved
+    }
+
+    /// How many drives move a link; none where it is part of a jaw.
+    fn drives(&self, link: usize) -> usize {
+        let body = self.whole.tree.body_of(link);
+        if body.is_some_and(|body| self.jaws[body]) { 0 } else { self.drives_of(body) }
+    }
+
+    fn drives_of(&self, mut body: Option<usize>) -> usize {
+        let bodies = self.whole.tree.bodies();
+        let mut dofs = Vec::new();
+        while let Some(found) = body.map(|body| &bodies[body]) {
+            if self.driven.contains(&found.dof) && !dofs.contains(&found.dof) {
+                dofs.push(found.dof);
+            }
+            body = found.parent;
+        }
+        dofs.len()
+    }
+
+    /// How many joints without a drive move a link.
+    fn undriven(&self, link: usize) -> usize {
+        joints_to(self.whole, link).iter().filter(|dof| !self.driven.contains(dof)).count()
+    }
+
+    /// All links and frames.
+    fn places(&self) -> Vec<Place<'a>> {
+        let Planning { robot, tree, start, .. } = self.whole;
+        let kinematics = Kinematics::at_rest(tree, &Numbers::of(robot, [0.0; 3]), start);
+        let poses = kinematics.poses();
+        let place = |name: &'a str, link: usize, pose: &Pose| {
+            let at = poses[link].compose(pose).position;
+            let joint = tree.body_of(link).map_or([0.0; 3], |body| poses[tree.bodies()[body].joint + 1].position);
+            Place { name, link, distance: norm(std::array::from_fn(|i| at[i] - joint[i])) }
+        };
+        let links = robot.links.iter().enumerate().map(|(link, found)| place(&found.name, link, &Pose::IDENTITY));
+        let frames = robot.frames.iter().map(|frame| place(&frame.name, frame.link, &frame.pose));
+        links.chain(frames).collect()
+    }
+}
+
+/// The place that is farthest from its joint, the first of several.
+fn farthest<'a, 'b: 'a>(places: impl Iterator<Item = &'a Place<'b>>) -> Option<&'a Place<'b>> {
+    places.fold(None, |best: Option<&Place>, place| match best {
+        Some(best) if place.distance <= best.distance + SAME => Some(best),
+        _ => Some(place),
+    })
+}
+
+/// The link that carries the first joint of a finger.
+fn palm_link(whole: &Planning) -> Option<usize> {
+    let bodies = whole.tree.bodies();
+    let finger = palm(&whole.tree).and_then(|palm| bodies.iter().find(|body| body.parent == Some(palm)));
+    finger.map(|finger| whole.robot.joints[finger.joint].parent)
+}
+
+/// The palm: the body at the end of an arm that carries at least two limbs with few joints each; `None` if
+/// there is none. Fingers may branch too, so the candidate closest to the world is chosen.
+fn palm(tree: &Tree) -> Option<usize> {
+    let bodies = tree.bodies();
+    // For each body: its depth, the number of limbs it carries, and the number of joints in the longest of them.
+    let (mut depths, mut limbs, mut beyond) = (vec![0; bodies.len()], vec![0; bodies.len()], vec![0; bodies.len()]);
+    for (body, found) in bodies.iter().enumerate() {
+        depths[body] = found.parent.map_or(1, |parent| depths[parent] + 1);
+    }
+    for (body, found) in bodies.iter().enumerate().rev() {
+        if let Some(parent) = found.parent {
+            limbs[parent] += 1;
+            beyond[parent] = beyond[parent].max(beyond[body] + 1);
+        }
+    }
+    let is_palm = |body: &usize| depths[*body] >= ARM && limbs[*body] > 1 && beyond[*body] <= FINGER;
+    (0..bodies.len()).filter(is_palm).min_by_key(|&body| depths[body])
+}
+
+/// Numbers of a task file, with commas.
+fn numbers(list: [f64; 3]) -> String {
+    list.map(|entry| format!("{:?}", plain(entry))).join(", ")
+}
+
+/// The words of a name, in small letters.
+fn words(name: &str) -> Vec<String> {
+    name.split(|letter: char| !letter.is_alphanumeric()).map(str::to_lowercase).collect()
+}
+
+/// Whether a name ends with that of a tool.
+fn is_called(name: &str, tool: &str) -> bool {
+    let ends = |words: &[String]| words.join("_") == tool || words.join("_").ends_with(&format!("_{tool}"));
+    let mut words = words(name);
+    if ends(&words) {
+        return true;
+    }
+    while words.last().is_some_and(|word| ADDED.contains(&word.as_str())) {
+        words.pop();
+    }
+    ends(&words)
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    v.iter().map(|entry| entry * entry).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_called;
+
+    #[test]
+    fn names_of_tools_may_have_words_before_and_after() {
+        for (name, tool) in [
+            ("tool0", "tool0"),
+            ("panda_hand_tcp", "tcp"),
+            ("FL_FOOT", "foot"),
+            ("link_eef", "eef"),
+            ("ee_link", "ee"),
+            ("gripper_frame_link", "gripper"),
+            ("attachment_site", "attachment"),
+            ("tool_center_point", "tool_center_point"),
+            ("Tip", "tip"),
+        ] {
+            assert!(is_called(name, tool), "{name}");
+        }
+        for (name, tool) in [("link_finger_tip_1", "tip"), ("multitool", "tool"), ("knee", "ee"), ("link", "ee")] {
+            assert!(!is_called(name, tool), "{name}");
+        }
+    }
+}
