@@ -101,16 +101,22 @@ fn before_measuring(
     let n = knots.dimensions.states;
     let (c, v) = (dense(&knots.measurement, t), dense(&noise.measurement, t));
     let gain = dense(&belief.gain_transposed, t).transpose();
-    add_dense(&mut out.predicted, t, &by_told);
-    add_dense(&mut out.corrected, t, &-&by_told);
+    let corrected = dense(&belief.corrected, t);
+    // P - Sigma = P C' S^-1 C P as a function of P, C and V: the difference of two derivatives would be rounding alone where
+    // a measurement adds little.
+    let seen = &gain * &c;
+    let by_seen = &by_told * &seen;
+    add_dense(&mut out.predicted, t, &(&by_seen + by_seen.transpose() - symmetric(seen.transpose() * &by_seen)));
+    let through_gain = gain.transpose() * &by_told;
+    let mut by_c = &through_gain * &corrected * 2.0;
+    add_dense(&mut out.measurement_noise, t, &-symmetric(through_gain * &gain));
     // L V L', and then L = Sigma C' V^-1.
     let mut by_gain = &by_both * &gain * &v * 2.0;
-    let mut by_c = Dense::zeros(c.nrows(), c.ncols());
     let mut back = [Dense::zeros(n, n), Dense::zeros(n, n)];
     if let Some(given) = given {
         let a = dense(&knots.dynamics, t - 1).columns(0, n).into_owned();
         let covariance = |side: usize| &given.after[side] * given.after[side].transpose();
-        let kept = Dense::identity(n, n) - &gain * &c;
+        let kept = Dense::identity(n, n) - &seen;
         let through = &kept * &a;
         let by_through = &by_both * &through * covariance(1) * 2.0;
         let by_a = &by_told * &a * covariance(0) * 2.0 + kept.transpose() * &by_through;
@@ -123,7 +129,7 @@ fn before_measuring(
     let factor = Cholesky::new(v).ok_or(Error::NotPositiveDefinite { what: MEASUREMENT, step: t })?;
     let precise = factor.solve(&by_gain.transpose()).transpose();
     add_dense(&mut out.corrected, t, &symmetric(&precise * &c));
-    add_dense(&mut out.measurement, t, &(by_c + precise.transpose() * dense(&belief.corrected, t)));
+    add_dense(&mut out.measurement, t, &(by_c + precise.transpose() * corrected));
     let by_v = gain.transpose() * (by_both * &gain - precise);
     add_dense(&mut out.measurement_noise, t, &symmetric(by_v));
     Ok(back)
