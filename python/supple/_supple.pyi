@@ -127,7 +127,7 @@ class NativeTask:
         self,
         grid: list[tuple[str, _Axis]],
         *,
-        sizes: tuple[int, int, int],
+        sizes: tuple[int, int, int, int],
         place: tuple[int | None, _Path | None],
         progress: Progress | None,
     ) -> Kept: ...
@@ -148,7 +148,7 @@ class Units:
 @final
 class SweepCollector:
     def __new__(
-        cls, task: NativeTask, grid: list[tuple[str, _Axis]], *, sizes: tuple[int, int, int], out: _Path | None
+        cls, task: NativeTask, grid: list[tuple[str, _Axis]], *, sizes: tuple[int, int, int, int], out: _Path | None
     ) -> SweepCollector: ...
     def shared(self) -> bytes: ...
     def points(self) -> tuple[int, int]: ...

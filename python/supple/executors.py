@@ -58,12 +58,13 @@ class _Shown:
 def sweep(
     task: Task,
     axes: Axes,
-    sizes: tuple[int, int, int],
+    sizes: tuple[int, int, int, int],
     workers: Workers,
     out: str | os.PathLike[str] | None,
     seer: Progress | None,
 ) -> Kept:
-    """Evaluates every point of a grid; ``sizes`` are roll-outs, starts and seed."""
+    """Evaluates every point of a grid; ``sizes`` are roll-outs, starts, attempts on other
+    branches and seed."""
     shown = _Shown(seer)
     kept = LOST if out is None else f"finished work is kept in {os.fspath(out)}: the same call resumes"
     with Crew(workers, kept) as crew:

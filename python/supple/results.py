@@ -315,7 +315,7 @@ class Start(Record):
         expected_costs: Expected cost of each task there, (tasks,).
         violation: How far the worst task exceeds its cost limit, relative to the limit.
         optimality: First-order optimality.
-        branches: Number of different local minima of the plans encountered at the end.
+        branches: Number of different local minima of the plans encountered at the end, of the task that has most.
         evaluations: Designs evaluated.
         evaluations_without_contact: Number of these designs whose plan misses a contact.
         error: Why it ended early; ``None`` if it did not.

@@ -325,6 +325,7 @@ class Task:
         *,
         rollouts: int = 0,
         starts: int = 0,
+        branches: int = 0,
         seed: int = 0,
         jobs: int | None = None,
         out: str | os.PathLike[str] | None = None,
@@ -340,6 +341,7 @@ class Task:
                 ``"50:600:100"``, ``"log:50:600:100"``.
             rollouts: Closed-loop roll-outs at every point.
             starts: At every point, design the parameters that are not on an axis, from this many starts.
+            branches: At every point, attempts to find a plan of lower cost among other local minima; not with ``starts``.
             seed: Seed of roll-outs and searches.
             jobs: Points to evaluate at once; default: all cores.
             out: A folder whose journal stores completed work: the same call resumes from it.
@@ -350,14 +352,14 @@ class Task:
             at: Values of parameters that are not on an axis.
             **parameters: Values of parameters that are not on an axis.
         """
-        check_counts(rollouts=rollouts, starts=starts, seed=seed)
+        check_counts(rollouts=rollouts, starts=starts, branches=branches, seed=seed)
         if jobs is not None and jobs < 1:
             raise UsageError(f"jobs={jobs}: must be at least 1")
         if jobs is not None and executor is not None:
             raise UsageError("jobs sets threads of this process and executor has its own workers: give only one")
         task = self.at(at, **parameters)
         axes: Axes = [(name, axis_values(name, values)) for name, values in grid.items()]
-        sizes = (rollouts, starts, seed)
+        sizes = (rollouts, starts, branches, seed)
         with watching(progress) as seer, logged("sweep"):
             if executor is None:
                 return Sweep(task._native.sweep(axes, sizes=sizes, place=(jobs, out), progress=seer), task)

@@ -173,7 +173,7 @@ def test_a_pool_that_breaks_keeps_what_is_done(task: supple.Task, serial: str, t
 
 
 def test_a_unit_that_kills_its_workers_is_named(task: supple.Task, monkeypatch: pytest.MonkeyPatch) -> None:
-    collector = SweepCollector(task._native, list(SMALL.items()), sizes=(0, 0, 0), out=None)  # type: ignore[arg-type]
+    collector = SweepCollector(task._native, list(SMALL.items()), sizes=(0, 0, 0, 0), out=None)  # type: ignore[arg-type]
     deadly, _, words = [unit for unit in iter(lambda: collector.next_unit(1), None) if unit is not None][4]
     assert words.startswith("points 56 to 71, the first at k1 = 200.0, k2 = ")
     whole = _units.work

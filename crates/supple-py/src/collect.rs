@@ -68,7 +68,7 @@ impl SweepCollector {
         py: Python<'_>,
         task: Py<NativeTask>,
         grid: Vec<(String, AxisValues)>,
-        sizes: (usize, usize, u64),
+        sizes: (usize, usize, usize, u64),
         out: Option<PathBuf>,
     ) -> PyResult<Self> {
         let native = task.get();

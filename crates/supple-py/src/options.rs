@@ -82,7 +82,8 @@ impl Designed {
     }
 }
 
-/// What a sweep is asked to do; sizes are the roll-outs, the starts and the seed.
+/// What a sweep is asked to do; sizes are the roll-outs, the starts, the attempts on
+/// other branches and the seed.
 ///
 /// # Errors
 /// Where an axis is wrong.
@@ -90,11 +91,11 @@ pub fn sweep(
     py: Python<'_>,
     task: &LoadedTask,
     grid: Vec<(String, AxisValues)>,
-    (rollouts, starts, seed): (usize, usize, u64),
+    (rollouts, starts, branches, seed): (usize, usize, usize, u64),
 ) -> PyResult<SweepOptions> {
     let axis = |(name, values): (String, AxisValues)| values.axis(py, &name, task, Scale::Linear);
     let axes = grid.into_iter().map(axis).collect::<PyResult<_>>()?;
-    Ok(SweepOptions { axes, rollouts, starts, seed })
+    Ok(SweepOptions { axes, rollouts, starts, branches, seed })
 }
 
 /// What a study of robustness is asked to do; sizes are the roll-outs and the seed.

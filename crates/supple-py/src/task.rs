@@ -255,7 +255,7 @@ impl NativeTask {
         &self,
         py: Python<'_>,
         grid: Vec<(String, AxisValues)>,
-        sizes: (usize, usize, u64),
+        sizes: (usize, usize, usize, u64),
         place: (Option<usize>, Option<PathBuf>),
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {

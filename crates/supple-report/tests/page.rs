@@ -68,7 +68,7 @@ fn sweep(task: &LoadedTask, count: usize) -> StudyResult {
             table.rows.push(row);
         }
     }
-    let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+    let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
     StudyResult::Sweep(Box::new(Sweep { options, columns, table, complete: true }))
 }
 
@@ -425,7 +425,7 @@ fn without_a_search_the_answer_is_told_of_what_there_is() {
     };
     let swept = || {
         let axes = vec![Axis::parse("k1=80:200:3", &task).unwrap()];
-        let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+        let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
         supple_study::sweep::run(&task, &options, None, Watch::default()).unwrap()
     };
     let mut missing = swept();

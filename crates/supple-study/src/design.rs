@@ -84,7 +84,7 @@ pub struct DesignReport {
     /// Nats that a unit more of budget would save; 0 where there is none or it is not used up.
     #[serde(default)]
     pub budget_nats_per_unit: f64,
-    /// Different local minima of the plans seen at the best design.
+    /// Different local minima of the plans seen at the best design, of the task that has most.
     pub branches: usize,
     /// The entries of catalogues that were chosen, where parameters have catalogues.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -243,7 +243,7 @@ pub struct StartReport {
     /// First-order optimality.
     #[serde(deserialize_with = "supple::or_nan")]
     pub optimality: f64,
-    /// Different local minima of the plans seen at the end.
+    /// Different local minima of the plans seen at the end, of the task that has most.
     pub branches: usize,
     /// Designs evaluated.
     pub evaluations: usize,

@@ -38,7 +38,7 @@ use supple::design::{Event, Observer};
 /// // The task of the front page.
 /// let task = LoadedTask::restore(&[source], &[])?;
 /// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
-/// let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+/// let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
 /// let count = Count::default();
 /// run(&task, &options, None, Watch { progress: &count, ..Watch::default() })?;
 /// assert_eq!(count.0.load(Ordering::Relaxed), 3);

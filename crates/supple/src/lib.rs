@@ -91,7 +91,7 @@ pub use growth::stability;
 pub use knots::Linearise;
 pub use linearisation::{Linearisation, Rows};
 pub use plan::VALID_STATIONARITY;
-pub use problem::{CatalogueSensor, Problem, Task, check_rollouts, most_steps};
+pub use problem::{CatalogueSensor, Problem, Task, check_branches, check_rollouts, most_steps};
 pub use settings::MOST_ROLLOUTS;
 pub use stability::Stability;
 pub use stop::Stop;

@@ -11,7 +11,7 @@ use super::{Output, TaskArguments, count, gradient_kind, method, seed};
 pub struct SweepOptions {
     #[command(flatten)]
     pub task: TaskArguments,
-    /// An axis: NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,..; may be repeated
+    /// An axis: NAME=FROM:TO:COUNT evenly spaced, NAME=log:FROM:TO:COUNT by equal factors, or NAME=A,B,..; may be repeated
     ///
     /// The last axis changes fastest.
     #[arg(long, value_name = "NAME=VALUES", required = true)]
@@ -22,6 +22,9 @@ pub struct SweepOptions {
     /// At every point, optimise the parameters that are not on an axis, from this many starts
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
     pub starts: usize,
+    /// At every point, attempts to find a cheaper plan at another local minimum
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000), conflicts_with = "starts")]
+    pub branches: usize,
     /// Seed of roll-outs and searches
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,

@@ -24,8 +24,8 @@ impl Asks for SweepOptions {
         for set in self.task.set.iter().filter(is_swept) {
             warn(&format!("--set {set} changes nothing: --grid gives this parameter its values"));
         }
-        let Self { rollouts, starts, seed, .. } = *self;
-        Ok(Work::Sweep(supple_study::sweep::SweepOptions { axes, rollouts, starts, seed }))
+        let Self { rollouts, starts, branches, seed, .. } = *self;
+        Ok(Work::Sweep(supple_study::sweep::SweepOptions { axes, rollouts, starts, branches, seed }))
     }
 
     fn jobs(&self) -> Option<usize> {

@@ -104,7 +104,14 @@ fn certificate(study: &Sensors) -> String {
         (None, SensorGoal::Cost) => format!("is better than an expected cost of {}", number(bound)),
         (None, SensorGoal::Information) => format!("gives more than {} bits", number(bound)),
     };
-    let mut text = format!("No set within the limits {}.\n", beyond(bound));
+    let mut text = match searched_bound.filter(|_| proved) {
+        Some(best) => format!(
+            "No set within the limits {}. Without a search, the relaxation shows that none {}.\n",
+            beyond(best),
+            beyond(bound)
+        ),
+        None => format!("No set within the limits {}.\n", beyond(bound)),
+    };
     if study.options.cost.is_some() {
         let _ = writeln!(text, "{}", of_prices(study));
         return text;

@@ -2,7 +2,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use supple_study::JOURNAL;
-use supple_study::sweep::{LeastPoint, Sweep, TABLE_CSV, TABLE_JSONL, misses_contact};
+use supple_study::sweep::{Jumps, LeastPoint, Sweep, SweepOptions, TABLE_CSV, TABLE_JSONL, misses_contact};
 use supple_study::{About, Cell, Column, RESULT};
 
 use crate::tables::{align_right, heading, number, table, title, with_unit};
@@ -127,6 +127,29 @@ fn missed_contacts(sweep: &Sweep) -> String {
     sweep.table.columns.iter().filter_map(of_task).collect()
 }
 
+/// A line for each task whose expected cost jumps between neighbouring points.
+fn jumps(sweep: &Sweep) -> String {
+    let advice = match sweep.options {
+        SweepOptions { starts, .. } if starts > 0 => "increase `branch_attempts` in [design], or --starts",
+        SweepOptions { branches: 0, .. } => "use --branches 10 to look for the cheapest",
+        _ => "increase --branches to look for the cheapest",
+    };
+    let of_task = |Jumps { task, count, axis, rows, costs: [from, to] }: Jumps| {
+        let axis = &sweep.options.axes[axis];
+        let values = sweep.table.numbers(&axis.parameter).unwrap_or_default();
+        let [left, right] = rows.map(|row| with_unit(values[row], &axis.unit));
+        format!(
+            "Warning: the expected cost of {task} jumps in {}, most from {} to {} between {} = {left} and {right}: the plans are \
+             at different local minima; {advice}.\n",
+            supple_text::count(count, "place"),
+            number(from),
+            number(to),
+            axis.parameter
+        )
+    };
+    sweep.jumps().into_iter().map(of_task).collect()
+}
+
 /// How many points there are, how many failed, and where the least information is.
 fn summary(sweep: &Sweep) -> String {
     let (rows, failed) = (&sweep.table.rows, failed(sweep));
@@ -152,5 +175,5 @@ fn summary(sweep: &Sweep) -> String {
         }
         None => text.push_str("There is no information to compare.\n"),
     }
-    text + &missed_contacts(sweep)
+    text + &missed_contacts(sweep) + &jumps(sweep)
 }

@@ -61,7 +61,7 @@ impl Quantity {
 ///
 /// // The task of the front page, with the variance of its measurement as a parameter.
 /// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
-/// let work = Work::Sweep(SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 });
+/// let work = Work::Sweep(SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 });
 /// let result = work.run(&task, None, Watch::default())?;
 /// let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
 /// let figure = landscape(&[folder], None)?;

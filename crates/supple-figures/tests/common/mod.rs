@@ -43,7 +43,7 @@ pub fn evaluate() -> Folder {
 pub fn sweep(axes: &[&str]) -> Folder {
     let task = task();
     let axes = axes.iter().map(|text| Axis::parse(text, &task).unwrap()).collect();
-    let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+    let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
     let found = sweep::run(&task, &options, None, Watch { progress: &Silent, stop: Stop::never() }).unwrap();
     folder("sweep", StudyResult::Sweep(Box::new(found)))
 }

@@ -60,7 +60,7 @@ fn values(study: &Sensors, of: &str) -> Markup {
 /// How good any set could be, in a sentence.
 fn certificate(study: &Sensors) -> String {
     let found = study.certificate;
-    let bound = number(found.bound);
+    let bound = number(found.searched_bound.filter(|_| found.proved).unwrap_or(found.bound));
     let mut text = match (study.options.cost, study.options.goal) {
         (Some(cost), _) => {
             format!("No set with an expected cost of at most {} has a price below {bound}.", number(cost))

@@ -27,6 +27,7 @@ impl Study {
                 options.axes.iter().for_each(|axis| words.give("grid", axis));
                 words.unless_zero("rollouts", options.rollouts);
                 words.unless_zero("starts", options.starts);
+                words.unless_zero("branches", options.branches);
                 words.unless_zero("seed", options.seed);
             }
             Work::Robustness(options) => {

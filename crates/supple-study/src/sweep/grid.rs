@@ -42,6 +42,12 @@ impl Grid {
             indices.push(index);
         }
         supple::check_rollouts(options.rollouts)?;
+        supple::check_branches(options.branches)?;
+        if options.starts > 0 && options.branches > 0 {
+            let message = "branches and starts exclude each other: searches for designs look for other local minima by \
+                           themselves, as often as `branch_attempts` in [design] says";
+            return Err(StudyError::usage(message));
+        }
         let points: f64 = axes.iter().map(|axis| axis.values.len() as f64).product();
         if points > MOST_POINTS as f64 {
             return Err(StudyError::Usage(too_many(points)));

@@ -25,7 +25,7 @@
 //! // The task of the front page.
 //! let task = LoadedTask::restore(&[source], &[])?;
 //! let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
-//! let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+//! let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
 //! let sweep = run(&task, &options, None, Watch::default())?;
 //! let bits = sweep.table.numbers("information_bits").ok_or("it is a column")?;
 //! assert!(sweep.complete && bits[0] > bits[1] && bits[1] > bits[2]);
@@ -50,6 +50,7 @@ mod columns;
 mod done;
 mod grid;
 mod journal;
+mod jumps;
 mod least;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -67,6 +68,7 @@ pub use self::axis::Axis;
 pub use self::collector::Collector;
 pub use self::columns::{Holds, misses_contact};
 pub use self::journal::kept_points;
+pub use self::jumps::Jumps;
 pub use self::least::LeastPoint;
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;
@@ -94,6 +96,9 @@ pub struct SweepOptions {
     pub rollouts: usize,
     /// Starts of a design search at every point over the design parameters that are on no axis; 0 for none.
     pub starts: usize,
+    /// Attempts at every point to find a plan of lower cost at another local minimum; 0 with starts.
+    #[serde(default)]
+    pub branches: usize,
     /// Seed of roll-outs and searches.
     pub seed: u64,
 }

@@ -1,6 +1,6 @@
 use supple::Stop;
 use supple::aims::weighted_information;
-use supple::design::{Control, InformationWeights, best_plan, design};
+use supple::design::{Attempts, Control, InformationWeights, best_plan, design, plan_at};
 use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, monte_carlo};
 use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
@@ -189,6 +189,11 @@ fn evaluate_task(
         // The plans found by the design search are already those of this point.
         Some(controls) if options.starts > 0 => state.evaluate(task, phi, &problem.planning, Some(controls))?,
         _ => best_plan(problem, task, phi, neighbour.as_ref(), state)?,
+    }
+    if options.branches > 0 {
+        let attempts = Attempts { count: options.branches, seed: options.seed };
+        let known = state.plan.trajectory.controls.clone();
+        plan_at(problem, task, phi, Some(&known), attempts, state)?;
     }
     let (nats, cost) = (state.information.total, state.cost.expected());
     if !(nats.is_finite() && cost.is_finite()) {

@@ -42,7 +42,7 @@ pub fn task() -> LoadedTask {
 /// A plain sweep over axes.
 pub fn options(task: &LoadedTask, axes: &[&str]) -> SweepOptions {
     let axes = axes.iter().map(|axis| Axis::parse(axis, task).unwrap()).collect();
-    SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 }
+    SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 }
 }
 
 fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {

@@ -91,14 +91,14 @@ impl Rounds<'_, '_> {
     /// Searches for cheaper branches at a design, with as many iterations as the search before took; the plans to continue
     /// from, if there are any.
     fn better_branches(&mut self, at: &Visit, round: usize, effort: usize) -> Option<Vec<Neighbour>> {
-        self.summary.branches = at.tasks.len();
+        self.summary.branches = 1;
         let Searcher { problem, settings, control, .. } = self.searcher;
         if settings.branch_attempts == 0 {
             return None;
         }
         control.observer.observe(Event::SearchingBranches { start: self.start });
         let mut better = false;
-        let mut count = 0;
+        let mut count = 1;
         let tasks = problem.tasks.iter().zip(&at.tasks).enumerate();
         let plans = tasks.map(|(index, (task, visit))| {
             let stream = (self.start * 1000 + round * 100 + index) as u64;
@@ -112,7 +112,7 @@ impl Rounds<'_, '_> {
             };
             let found = search_branches(problem, task, &at.phi, given, search);
             better |= found.cost < visit.cost;
-            count += found.minima.len();
+            count = count.max(found.minima.len());
             Neighbour::with(&found.controls)
         });
         let plans = plans.collect();

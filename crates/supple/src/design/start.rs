@@ -118,7 +118,7 @@ impl Searcher<'_> {
         let visit = visitor.with_total_gradient(&visit)?;
         summary.evaluations = 1;
         summary.without_contact = usize::from(visit.misses_contact());
-        summary.branches = visit.tasks.len();
+        summary.branches = 1;
         summary.record(&visit, &visitor, Ending::Converged);
         Ok(summary)
     }

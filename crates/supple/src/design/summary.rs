@@ -81,7 +81,7 @@ pub struct StartSummary {
     /// Shadow price of each task's bound: nats saved per unit increase (its Lagrange multiplier); 0 if some
     /// bound is not met.
     pub multipliers: Vec<f64>,
-    /// Number of different local minima of plans found at the final design, summed over tasks.
+    /// Number of different local minima of plans found at the final design: of the task that has most.
     pub branches: usize,
     /// Designs evaluated.
     pub evaluations: usize,

@@ -16,7 +16,7 @@ use crate::horizon::DespiteRounding;
 use crate::limited::LimitedNumber;
 use crate::pipeline::TaskState;
 use crate::plan::VALID_STATIONARITY;
-use crate::problem::{Problem, Task, TaskAt, check_count, check_rollouts};
+use crate::problem::{Problem, Task, TaskAt, check_branches, check_rollouts};
 use crate::settings::InformationWeights;
 use crate::simulate::{MonteCarlo, Rollouts, World, monte_carlo, on_finer_steps};
 use crate::touching::{contact_reports, contact_warnings};
@@ -77,9 +77,6 @@ impl EvaluateOptions {
     }
 }
 
-/// Maximum number of attempts on other branches.
-const MOST_BRANCHES: usize = 10_000;
-
 impl Problem {
     /// Evaluates a design: all its parameters in the order of declaration.
     ///
@@ -89,7 +86,7 @@ impl Problem {
     pub fn evaluate(&self, phi: &[f64], options: &EvaluateOptions) -> Result<Evaluation, Error> {
         self.check_design(phi)?;
         check_rollouts(options.rollouts)?;
-        check_count("branch-search attempts", options.branches, MOST_BRANCHES)?;
+        check_branches(options.branches)?;
         let tasks = self.tasks.iter().enumerate();
         let tasks = tasks.map(|(index, task)| {
             let mut state = TaskState::new(task);

@@ -41,7 +41,7 @@ const TOUCHING: f64 = 0.9;
 pub struct Trust {
     /// The verdict.
     pub verdict: Verdict,
-    /// What was found, and what to try; nothing where the linearisation holds.
+    /// What was found, and what to try; where the linearisation holds, what differs by little, but more than chance.
     pub reasons: Vec<String>,
     /// Where there are too few roll-outs to tell, which is then one of the reasons: about how many are needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -144,6 +144,9 @@ impl Trust {
         } else {
             Verdict::Doubtful
         };
+        if verdict == Verdict::Holds {
+            reasons = small_differences(predicted, sampled);
+        }
         Self { verdict, reasons, rollouts_needed, substeps_advised }
     }
 
@@ -301,6 +304,23 @@ fn differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let (error, tolerated) = cost_error(predicted, sampled);
     // With a single roll-out, the error is unknown.
     error.is_finite() && sampled.difference.abs() > tolerated.max(error)
+}
+
+/// What differs from predictions by more than chance, and by no more than is tolerated.
+fn small_differences(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
+    let (error, _) = cost_error(predicted, sampled);
+    let by_cost = error.is_finite() && sampled.difference.abs() > error;
+    let by_chance = |found: &Consistency| THREE * 0.5 * (found.upper_95 - found.lower_95);
+    let by_filter = sampled.consistency.is_some_and(|found| (found.mean - 1.0).abs() > by_chance(&found));
+    let said = |what: &str, tolerated: f64| {
+        format!(
+            "{what} differs from its expected value by more than chance, but by less than {:.0} %",
+            100.0 * tolerated
+        )
+    };
+    let cost = by_cost.then(|| said("the sampled cost", TOLERATED));
+    let filter = by_filter.then(|| said("the filter's consistency", INCONSISTENT));
+    cost.into_iter().chain(filter).collect()
 }
 
 /// How many roll-outs would estimate the cost to within [`TOLERATED`], to two digits; `None` if those made suffice or

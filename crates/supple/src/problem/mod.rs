@@ -77,6 +77,21 @@ pub fn check_rollouts(rollouts: usize) -> Result<(), Error> {
     check_count("roll-outs", rollouts, MOST_ROLLOUTS)
 }
 
+/// Maximum number of attempts to find other local minima.
+const MOST_BRANCHES: usize = 10_000;
+
+/// Checks a number of attempts to find other local minima.
+///
+/// # Errors
+/// If there are too many.
+///
+/// ```
+/// assert!(supple::check_branches(10).is_ok() && supple::check_branches(usize::MAX).is_err());
+/// ```
+pub fn check_branches(attempts: usize) -> Result<(), Error> {
+    check_count("branch-search attempts", attempts, MOST_BRANCHES)
+}
+
 /// # Errors
 /// Where there are more than `most`.
 pub(crate) fn check_count(what: impl Into<String>, found: usize, most: usize) -> Result<(), Error> {

@@ -126,7 +126,7 @@ pub(super) fn rows(journal: &Journal) -> Result<Vec<Vec<Cell>>, StudyError> {
 /// let task = LoadedTask::restore(&[source], &[])?;
 /// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
 /// let folder = tempfile::tempdir()?;
-/// let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+/// let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
 /// run(&task, &options, Some(folder.path()), Watch::default())?;
 /// assert_eq!(kept_points(folder.path())?, 3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -140,12 +140,15 @@ const SHOWN: usize = 64;
 
 /// What a sweep of a task is.
 pub(super) fn identity(task: &LoadedTask, options: &SweepOptions, grid: &Grid) -> Identity {
-    let SweepOptions { axes, rollouts, starts, seed } = options;
+    let SweepOptions { axes, rollouts, starts, branches, seed } = options;
     let mut text = String::new();
     for axis in axes {
         let _ = writeln!(text, "grid {}", axis_text(axis));
     }
     let _ = writeln!(text, "rollouts {rollouts}\nstarts {starts}\nseed {seed}");
+    if *branches > 0 {
+        let _ = writeln!(text, "branches {branches}");
+    }
     Identity::of("sweep", task, &text, &grid.indices)
 }
 
