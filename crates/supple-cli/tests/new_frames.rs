@@ -5,14 +5,14 @@ mod common;
 
 use common::Folder;
 
-/// A planar arm of links that end with these elements: joints `a`, `b`, ..; links `0`, `1`, .. or as given.
+/// A planar arm of rods of 0.2 m, with these links and joints, and more elements.
 fn arm(names: &[&str], joints: &[&str], more: &str) -> String {
     let mut text = "<robot name=\"arm\"><link name=\"base\"/>".to_owned();
     let mut before = "base";
     for (name, joint) in names.iter().zip(joints) {
         text += &format!(
             "<link name=\"{name}\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"1\"/>\
-             <inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\
+             <inertia ixx=\"0\" iyy=\"0.00333333333333\" izz=\"0.00333333333333\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\
              <joint name=\"{joint}\" type=\"revolute\"><parent link=\"{before}\"/><child link=\"{name}\"/>\
              <origin xyz=\"0.2 0 0\"/><axis xyz=\"0 1 0\"/>\
              <limit lower=\"-2\" upper=\"2\" effort=\"40\" velocity=\"3\"/></joint>"
@@ -30,11 +30,17 @@ fn fixed(name: &str, on: &str, x: f64) -> String {
     )
 }
 
+/// A jaw on the link `base`.
+const JAW: &str = "<link name=\"jaw\"><inertial><origin xyz=\"0.01 0 0\"/><mass value=\"0.1\"/>\
+    <inertia ixx=\"1e-5\" iyy=\"1e-5\" izz=\"1e-5\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\
+    <joint name=\"grip\" type=\"revolute\"><parent link=\"base\"/><child link=\"jaw\"/><axis xyz=\"0 1 0\"/>\
+    <limit lower=\"0\" upper=\"1\" effort=\"4\" velocity=\"3\"/></joint>";
+
 #[test]
 fn tools_are_beyond_the_last_joint() {
     let (links, joints) = (["one", "two"], ["a", "b"]);
     let camera = fixed("camera_link", "two", 0.3);
-    let cases: [(&str, String, &str); 9] = [
+    let cases: [(&str, String, &str); 10] = [
         // A usual name, whatever else is there.
         ("named", arm(&links, &joints, &(camera.clone() + &fixed("Tip", "two", 0.2))), "Tip"),
         ("words", arm(&links, &joints, &fixed("arm_ee_link", "two", 0.2)), "arm_ee_link"),
@@ -48,6 +54,16 @@ fn tools_are_beyond_the_last_joint() {
         ("sensor", arm(&links, &joints, &camera), "tip"),
         // The jaw of a gripper carries no tool, but a hand of fingers alone does.
         ("jaw", arm(&["i", "ii", "iii", "moving_jaw"], &["a", "b", "c", "gripper"], &fixed("tcp", "iii", 0.1)), "tcp"),
+        // What carries a jaw is beyond a sensor of force that is called after a tool.
+        (
+            "carrier",
+            arm(
+                &["i", "ii", "iii"],
+                &["a", "b", "c"],
+                &(fixed("ft_tool", "iii", 0.1) + &fixed("base", "iii", 0.2) + JAW),
+            ),
+            "base",
+        ),
         ("finger", arm(&["finger_1", "finger_2"], &["finger_a", "finger_b"], ""), "tip"),
     ];
     for (name, robot, frame) in cases {
@@ -74,6 +90,36 @@ fn added_frames_are_part_of_templates() {
     let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
     assert!(text.contains("[model.frames.tip]\non = \"three\"\nposition = [0.2, 0.0, 0.0]"), "{text}");
     assert_eq!(folder.run(&["evaluate", "task.toml", "--rollouts", "0"]).code, Some(0), "{text}");
+}
+
+/// The end of a rod, of a bob, and of a link whose counterweight is on the other side of its joint.
+#[test]
+fn added_frames_are_where_links_end() {
+    let rod = "0.00333333333333";
+    for (center, inertia, end) in [("0.1 0 0", rod, 0.2), ("0.1 0 0", "1e-6", 0.1017), ("-0.05 0 0", "0.02", 0.1949)] {
+        let folder = Folder::new();
+        let last = arm(&["one", "two"], &["a", "b"], "");
+        let (first, second) = last.split_at(last.find("<link name=\"two\">").unwrap());
+        let second = second.replace("xyz=\"0.1 0 0\"", &format!("xyz=\"{center}\"")).replace(rod, inertia);
+        std::fs::write(folder.path("arm.urdf"), format!("{first}{second}")).unwrap();
+        assert_eq!(folder.run(&["new", "task", "--robot", "arm.urdf"]).code, Some(0));
+        let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
+        assert!(text.contains(&format!("on = \"two\"\nposition = [{end:?}, 0.0, 0.0]")), "{center}, {inertia}: {text}");
+    }
+}
+
+/// Joints with springs and without drives start where these hold them, however stiff.
+#[test]
+fn series_elastic_arms_have_tasks() {
+    for (stiffness, gravity) in [("12", "-9.81"), ("1200", "-9.81"), ("120", "0")] {
+        let folder = Folder::new();
+        let robot = include_str!("data/series_elastic.xml").replace("STIFFNESS", stiffness).replace("GRAVITY", gravity);
+        std::fs::write(folder.path("arm.xml"), robot).unwrap();
+        let run = folder.run(&["new", "task", "--robot", "arm.xml", "--template", "press"]);
+        assert_eq!(run.code, Some(0), "{stiffness}: {}", run.stderr);
+        let found = folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--json"]).json(0);
+        assert_eq!(found["tasks"][0]["contacts"][0]["touches"], true, "{stiffness}");
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Designs in scaled coordinates, and plans continued from one design to another.
 
 use supple_kernels::Matrices;
+use supple_model::Value;
 use supple_model::parameters::{Parameters, Scale};
 
 use crate::Error;
@@ -117,6 +118,16 @@ pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
+/// Whether two designs differ in noise alone, of which nominal plans know nothing.
+fn is_of_noise(task: &Task, from: &[f64], to: &[f64]) -> bool {
+    let depends = task.system.depends_on(from.len());
+    let is_same = |value: &Value| value.resolve::<f64>(from) == value.resolve::<f64>(to);
+    let limits = task.system.constraints();
+    from.iter().zip(to).zip(depends).all(|((from, to), depends)| from == to || !depends)
+        && task.initial_state.iter().all(is_same)
+        && limits.is_none_or(|limits| limits.bounds(from) == limits.bounds(to))
+}
+
 /// Plans a task along the straight line between two designs, each plan starting from the one before, in steps that are finer
 /// than the usual ones by a factor; the state is left at the second design, whose plan alone has the tolerance asked for.
 pub(crate) fn continue_plan(
@@ -127,8 +138,12 @@ pub(crate) fn continue_plan(
     state: &mut TaskState,
 ) -> Result<(), Failed> {
     let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-    let steps = (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer;
     let exact = &problem.planning;
+    let steps = match exact.plan == PlanMode::Nominal && is_of_noise(task, from, to) {
+        // The plan of the second design is that of the first.
+        true => 1,
+        false => (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer,
+    };
     // Limits, beliefs and risks have tolerances of their own, which follow from that of the plan.
     let is_plain = exact.plan == PlanMode::Nominal && task.system.constraints().is_none();
     let loose = exact.to_tolerance(if is_plain { exact.tolerance.max(LOOSE) } else { exact.tolerance });

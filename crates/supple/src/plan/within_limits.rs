@@ -33,8 +33,8 @@ const NEAR: f64 = 0.05;
 /// The share of a limit's tolerance to which plans are solved.
 const SHARE: f64 = 0.3;
 /// Number of rounding errors that stationarity may be off by, and the largest stationarity that they may leave.
-const ROUNDINGS: f64 = 4.0;
-const MOST_ROUNDING: f64 = 1e-10;
+const ROUNDINGS: f64 = 2.0;
+const MOST_ROUNDING: f64 = 2e-11;
 
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
 ///
@@ -124,12 +124,14 @@ pub(crate) fn search(
     search_free(problem, asked, plan, work, scratch)?;
     plan.iterations += before;
     let begins_outside = begins_outside(problem, limits, &bounds, plan, scratch);
-    Rounds::from_free(problem, limits, bounds, plan, scratch).run(asked.settings, &guess, plan, work, scratch)?;
-    // A plan that cannot keep its limits at first has no reason to converge later.
-    if begins_outside && plan.status != PlanStatus::TimeLimit {
-        plan.status = PlanStatus::LimitsExceeded;
+    // A plan that cannot keep its limits at first need not try to keep them later.
+    if begins_outside {
+        if plan.status != PlanStatus::TimeLimit {
+            plan.status = PlanStatus::LimitsExceeded;
+        }
+        return Ok(());
     }
-    Ok(())
+    Rounds::from_free(problem, limits, bounds, plan, scratch).run(asked.settings, &guess, plan, work, scratch)
 }
 
 /// Whether the first state, which no plan can change, exceeds a limit.
@@ -298,7 +300,8 @@ impl<'a> Rounds<'a> {
             // Once limits are met, only the final tolerance remains.
             let last = settings.tolerance.max(self.rounding(plan));
             tolerance = if missed <= 1.0 { last } else { (tolerance / TIGHTER).max(last) };
-            status = self.round(Asked::of(&settings.to_tolerance(tolerance), patience), plan, work, scratch);
+            let tighter = settings.to_tolerance(tolerance);
+            status = self.round((Asked::of(&tighter, patience), missed), plan, work, scratch);
             let is_lost = patience == Patience::CloseOrNever && !status.is_converged();
             if is_lost || matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations) {
                 break;
@@ -371,8 +374,15 @@ impl<'a> Rounds<'a> {
         Augmented { system: self.problem.system, limits: self.limits, multipliers, penalties: Some(&self.penalties) }
     }
 
-    /// One round: minimises the augmented Lagrangian, and takes its slopes as the multipliers.
-    fn round(&mut self, asked: Asked, plan: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) -> PlanStatus {
+    /// One round, given how much limits are missed before: minimises the augmented Lagrangian, and takes its slopes as the
+    /// multipliers.
+    fn round(
+        &mut self,
+        (asked, missed): (Asked, f64),
+        plan: &mut Plan,
+        work: &mut PlanWorkspace,
+        scratch: &mut Scratch,
+    ) -> PlanStatus {
         let multipliers = plan.multipliers.clone();
         let system = self.augmented(&multipliers);
         let problem = NominalProblem { system: &system, ..self.problem };
@@ -380,7 +390,11 @@ impl<'a> Rounds<'a> {
         plan.nominal_cost = system.roll_out(RollOut::Controls, phi, &mut plan.trajectory, scratch);
         (plan.iterations, plan.regularised) = (0, 0);
         let status = minimise(problem, asked, plan, work, scratch);
-        plan.multipliers = system.slopes(plan.trajectory.points(), phi, scratch);
+        // A plan that stays as it is keeps its multipliers to the last bit.
+        plan.multipliers = match plan.iterations {
+            0 if missed <= 1.0 => multipliers,
+            _ => system.slopes(plan.trajectory.points(), phi, scratch),
+        };
         self.iterations += plan.iterations;
         self.regularised += plan.regularised;
         status

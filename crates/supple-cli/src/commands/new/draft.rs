@@ -32,6 +32,8 @@ const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
 /// Joints without a drive fall if holding them takes more than this share of the limb's weight at its lever.
 const FALLING: f64 = 0.01;
+/// Deflections of springs up to this are none, rad or m.
+const SAG: f64 = 1e-3;
 /// Speed limits above this are treated as absent, rad/s or m/s.
 const FASTEST: f64 = 100.0;
 
@@ -147,7 +149,7 @@ fn warn_of_fast(limb: &Limb) {
 fn held_up(limb: &Limb, found: &mut Vec<Start>) -> Result<(), Failure> {
     let gravity = limb.gravity.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
     let least = FALLING * gravity * limb.mass * limb.lever();
-    let falls = |start: &Start| falling(&limb.planning, &start.held, |_| least);
+    let falls = |start: &Start| falling(&limb.planning, &start.held, |dof| least + SAG * limb.stiffness(dof));
     let Some(first) = found.first().map(falls) else { return Ok(()) };
     found.retain(|start| falls(start).is_empty());
     if found.is_empty() {

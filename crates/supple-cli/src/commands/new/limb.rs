@@ -111,6 +111,12 @@ impl Limb {
         self.planning.robot.joints[self.planning.tree.joint_indices()[dof]].stiffness
     }
 
+    /// The joints with a spring and without a drive.
+    pub fn sprung(&self) -> Vec<usize> {
+        let driven = self.driven();
+        (0..self.joints().len()).filter(|dof| !driven.contains(dof) && self.stiffness(*dof) > 0.0).collect()
+    }
+
     /// What moves the tool, for people; `what` is there.
     pub fn chosen(&self, what: &str) -> String {
         let joints = self.joints();

@@ -18,6 +18,8 @@ const TRIED: usize = 24;
 const MOST_TRIED: usize = 120;
 /// How far joints without limits are searched, rad or m.
 const FAR: f64 = 0.5 * PI;
+/// How often joints with drives follow joints with springs, each time by less.
+const SETTLED: usize = 4;
 /// Steps by which joints with springs approach where these hold them.
 const SETTLING: usize = 60;
 /// Share of an effort limit that holding a posture may take.
@@ -224,6 +226,11 @@ impl<'a> Search<'a> {
 
     /// How near the joints bring the tool to a place, in any orientation where none is given.
     fn reached(&self, from: &[f64], position: [f64; 3], rpy: Option<[f64; 3]>) -> Reached {
+        self.reached_by(&vec![true; from.len()], from, position, rpy)
+    }
+
+    /// The same by some joints only.
+    fn reached_by(&self, free: &[bool], from: &[f64], position: [f64; 3], rpy: Option<[f64; 3]>) -> Reached {
         let limb = self.limb;
         let rotation = rpy.map(|rpy| Pose::from_rpy([0.0; 3], rpy).rotation);
         let goal = PoseGoal { link: limb.link, frame: limb.pose, position, rotation };
@@ -231,7 +238,7 @@ impl<'a> Search<'a> {
             start: from,
             lower: &self.limits.iter().map(|limits| limits.lower).collect::<Vec<_>>(),
             upper: &self.limits.iter().map(|limits| limits.upper).collect::<Vec<_>>(),
-            free: &vec![true; from.len()],
+            free,
         };
         inverse_kinematics(&limb.planning.tree, &self.numbers, &goal, &reach)
     }
@@ -240,9 +247,7 @@ impl<'a> Search<'a> {
     /// are too weak leave them elsewhere.
     fn settle(&self, q: &mut [f64]) {
         let (limb, tree) = (self.limb, &self.limb.planning.tree);
-        let driven = limb.driven();
-        let is_sprung = |dof: &usize| !driven.contains(dof) && limb.stiffness(*dof) > 0.0;
-        let sprung: Vec<usize> = (0..q.len()).filter(is_sprung).collect();
+        let sprung = limb.sprung();
         if sprung.is_empty() {
             return;
         }
@@ -255,6 +260,27 @@ impl<'a> Search<'a> {
             }
         }
         sprung.into_iter().for_each(|dof| q[dof] = significant(q[dof], 6));
+    }
+
+    /// A posture that reaches a place with joints that have a spring and no drive where their springs hold them; `None` if
+    /// the others do not reach it then.
+    fn settled(&self, q: Vec<f64>, position: [f64; 3], rpy: Option<[f64; 3]>) -> Option<Vec<f64>> {
+        let (start, sprung) = (&self.limb.planning.start, self.limb.sprung());
+        let free: Vec<bool> = (0..q.len()).map(|dof| !sprung.contains(&dof)).collect();
+        let mut q = q;
+        if sprung.is_empty() {
+            return Some(q);
+        }
+        for _ in 0..SETTLED {
+            self.settle(&mut q);
+            let from: Vec<f64> = (0..q.len()).map(|dof| if free[dof] { start[dof] } else { q[dof] }).collect();
+            let reached = self.reached_by(&free, &from, position, rpy);
+            if !reached.is_there() {
+                return None;
+            }
+            q = reached.q;
+        }
+        Some(q)
     }
 
     /// A start near a posture, with the tool before the wall.
@@ -279,6 +305,8 @@ impl<'a> Search<'a> {
         if few {
             q.iter_mut().for_each(|q| *q = four_decimals(*q));
             self.settle(&mut q);
+        } else {
+            q = self.settled(q, position, chosen)?;
         }
         let (pose, worth) = self.worth(&q);
         // The tool could only slide along this wall, never press on it.

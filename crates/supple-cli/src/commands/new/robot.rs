@@ -256,9 +256,11 @@ impl<'a> Reach<'a> {
                 list(&self.goal)
             );
         }
+        // A tenth of the mean speed.
+        let rest = significant(100.0 * (slower * DURATION / TURN).powi(2), 2);
         let _ = write!(
             text,
-            "[[tasks.costs]]\nkind = \"joint_velocity\"\nweight = 0.1\nfinal_weight = 1.0\n\n\
+            "[[tasks.costs]]\nkind = \"joint_velocity\"\nweight = 0.1\nfinal_weight = {rest:?}\n\n\
              [[tasks.costs]]\nkind = \"control\"\nweight = {:.1e}\n",
             cheaper * 1e-2 / (self.effort * self.effort)
         );

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use supple_robot::{Frame, Kinematics, Numbers, Pose, Robot, Tree};
 
 use super::limb::{driven, joints_to};
-use super::rules::plain;
+use super::rules::{four_digits, plain};
 use crate::commands::robot::Planning;
 
 /// Minimum number of joints of an arm that carries fingers, and maximum number of joints of a finger.
@@ -32,8 +32,9 @@ const TOOLS: [&str; 13] = [
     "tool_tip",
     "tip",
     "fingertip",
-    "tool",
+    TOOL,
 ];
+const TOOL: &str = "tool";
 const HANDS: [&str; 3] = [GRIPPER, "hand", "foot"];
 /// Words after them that say nothing.
 const ADDED: [&str; 4] = ["link", "frame", "site", "point"];
@@ -90,7 +91,7 @@ impl Tool {
             let position = numbers(*position);
             let _ = write!(
                 text,
-                "\n# The robot file has no frame beyond the last joint: this one is twice as far as the centre of mass.\n\
+                "\n# The robot file has no frame beyond the last joint: this one is where a rod of the link's mass and inertia ends.\n\
                  [model.frames.{}]\non = {on:?}\nposition = [{position}]             # m\n",
                 self.frame
             );
@@ -110,11 +111,16 @@ impl Tool {
         // If there is a palm, compare with its joints only, not with those of the fingers.
         let most = palm.map_or(most, |link| reach.drives(link));
         let enough = most.min(3).max(most.saturating_sub(2));
-        let places = reach.places();
+        let (places, carriers) = (reach.places(), reach.carriers(palm));
         for (rank, tool) in TOOLS.iter().chain(&HANDS).enumerate() {
             let least = if rank < TOOLS.len() { 0.0 } else { SAME };
+            // What carries jaws may be beyond a tool, such as a sensor of force.
+            let carries = |place: &Place| {
+                *tool == TOOL && place.is_link && place.distance >= SAME && carriers.contains(&place.link)
+            };
             let called = places.iter().filter(|place| {
-                is_called(place.name, tool) && reach.drives(place.link) >= enough && place.distance >= least
+                let is_tool = is_called(place.name, tool) || carries(place);
+                is_tool && reach.drives(place.link) >= enough && place.distance >= least
             });
             if let Some(place) = farthest(called) {
                 return Self::named(place.name);
@@ -131,17 +137,35 @@ impl Tool {
         });
         match farthest(beyond) {
             Some(place) => Self::named(place.name),
-            None => Self::beyond_mass(robot, whole.tree.bodies()[body].joint + 1),
+            None => Self::beyond_mass(whole, body),
         }
     }
 
-    /// The frame twice as far from a link's origin as its centre of mass; the link itself where that is at its origin.
-    fn beyond_mass(robot: &Robot, link: usize) -> Self {
+    /// A frame where the link of a body ends, if it is a rod of its mass and inertia; the link itself where that is at its
+    /// joint. The rod points to its centre of mass or, if that is a counterweight, away from the joint before.
+    fn beyond_mass(whole: &Planning, body: usize) -> Self {
+        let (robot, bodies) = (&whole.robot, whole.tree.bodies());
+        let link = bodies[body].joint + 1;
         let on = robot.links[link].name.clone();
-        let position = robot.links[link].inertia.map_or([0.0; 3], |inertia| inertia.center.map(|entry| 2.0 * entry));
-        if norm(position) < SAME {
+        let (outward, poses) = (outward(whole, body), poses(whole));
+        let Some(inertia) = robot.links[link].inertia.filter(|inertia| inertia.mass > 0.0) else {
+            return Self::named(&on);
+        };
+        let at = poses[link].unrotate(outward);
+        let towards = if dot(inertia.center, at) < 0.0 { at } else { inertia.center };
+        let size = norm(towards);
+        if size < SAME {
             return Self::named(&on);
         }
+        let along = towards.map(|entry| entry / size);
+        let moment = inertia.moment;
+        let turned: f64 = (0..3).map(|i| along[i] * dot(moment[i], along)).sum();
+        let spread = (0.5 * (moment[0][0] + moment[1][1] + moment[2][2]) - turned).max(0.0) / inertia.mass;
+        let length = dot(inertia.center, along) + (3.0 * spread).sqrt();
+        if length < SAME {
+            return Self::named(&on);
+        }
+        let position = along.map(|entry| four_digits(length * entry));
         let taken = |name: &str| robot.frame(name).is_some() || robot.joints.iter().any(|joint| joint.name == name);
         let mut names = std::iter::once("tip".to_owned()).chain((2..).map(|number| format!("tip_{number}")));
         let frame = names.find(|name| !taken(name)).unwrap_or_default();
@@ -152,7 +176,9 @@ impl Tool {
 /// A link or frame of a robot.
 struct Place<'a> {
     name: &'a str,
+    /// The link, and whether it is the link itself.
     link: usize,
+    is_link: bool,
     /// How far it is from the last joint that moves it, m.
     distance: f64,
 }
@@ -200,6 +226,13 @@ impl<'a> Moved<'a> {
         dofs.len()
     }
 
+    /// The links that carry jaws, and the palm.
+    fn carriers(&self, palm: Option<usize>) -> Vec<usize> {
+        let bodies = self.whole.tree.bodies().iter().zip(&self.jaws);
+        let of_jaws = bodies.filter(|(_, is_jaw)| **is_jaw).map(|(body, _)| self.whole.robot.joints[body.joint].parent);
+        of_jaws.chain(palm).collect()
+    }
+
     /// How many joints without a drive move a link.
     fn undriven(&self, link: usize) -> usize {
         joints_to(self.whole, link).iter().filter(|dof| !self.driven.contains(dof)).count()
@@ -207,18 +240,34 @@ impl<'a> Moved<'a> {
 
     /// All links and frames.
     fn places(&self) -> Vec<Place<'a>> {
-        let Planning { robot, tree, start, .. } = self.whole;
-        let kinematics = Kinematics::at_rest(tree, &Numbers::of(robot, [0.0; 3]), start);
-        let poses = kinematics.poses();
+        let Planning { robot, tree, .. } = self.whole;
+        let poses = poses(self.whole);
         let place = |name: &'a str, link: usize, pose: &Pose| {
             let at = poses[link].compose(pose).position;
             let joint = tree.body_of(link).map_or([0.0; 3], |body| poses[tree.bodies()[body].joint + 1].position);
-            Place { name, link, distance: norm(std::array::from_fn(|i| at[i] - joint[i])) }
+            Place {
+                name,
+                link,
+                is_link: robot.links[link].name == name,
+                distance: norm(std::array::from_fn(|i| at[i] - joint[i])),
+            }
         };
         let links = robot.links.iter().enumerate().map(|(link, found)| place(&found.name, link, &Pose::IDENTITY));
         let frames = robot.frames.iter().map(|frame| place(&frame.name, frame.link, &frame.pose));
         links.chain(frames).collect()
     }
+}
+
+/// Poses of all links in the world, at the start.
+fn poses(Planning { robot, tree, start, .. }: &Planning) -> Vec<Pose> {
+    Kinematics::at_rest(tree, &Numbers::of(robot, [0.0; 3]), start).poses().to_vec()
+}
+
+/// The way to the joint of a body from the one before, in the world, m; 0 for the first.
+fn outward(whole: &Planning, body: usize) -> [f64; 3] {
+    let (bodies, poses) = (whole.tree.bodies(), poses(whole));
+    let at = |body: usize| poses[bodies[body].joint + 1].position;
+    bodies[body].parent.map_or([0.0; 3], |parent| std::array::from_fn(|i| at(body)[i] - at(parent)[i]))
 }
 
 /// The place that is farthest from its joint, the first of several.
@@ -278,8 +327,12 @@ fn is_called(name: &str, tool: &str) -> bool {
     ends(&words)
 }
 
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|entry| entry * entry).sum::<f64>().sqrt()
+    dot(v, v).sqrt()
 }
 
 #[cfg(test)]

@@ -6,7 +6,10 @@ use supple_robot::vector::{add, scale};
 
 use super::{Draft, Template, list, names, said};
 use crate::commands::new::place::FEW;
-use crate::commands::new::rules::four_digits;
+use crate::commands::new::rules::{four_digits, plain};
+
+/// Speeds at the end of a motion that ends at rest, as a share of those on the way.
+const REST: f64 = 0.05;
 
 impl Draft<'_> {
     pub(super) fn costs(&self, text: &mut String) {
@@ -132,6 +135,11 @@ impl Draft<'_> {
                 let _ = writeln!(text, "[[tasks.costs]]\nkind = {kind:?}\nselect = {}", names(&joints));
                 let remark = format!("tolerance {tolerance:?} {unit}/{per}");
                 said(text, &format!("weight = {:?}", rules.weight(tolerance)), &remark);
+                if kind == "joint_velocity" && self.template == Template::Reach {
+                    let rest = REST * tolerance;
+                    let remark = format!("tolerance {:?} {unit}/{per}: at rest", plain(rest));
+                    said(text, &format!("final_weight = {:?}", plain(four_digits(rest.powi(-2)))), &remark);
+                }
                 text.push('\n');
             }
         }

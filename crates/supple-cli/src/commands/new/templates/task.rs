@@ -43,6 +43,10 @@ impl Draft<'_> {
                 format!("pose = {{ frame = {frame:?}, position = {position}{turned} }}   # by inverse kinematics\n")
             }
         );
+        for dof in limb.sprung().into_iter().filter(|_| limb.joints().len() >= FEW) {
+            let (joint, q) = (&limb.joints()[dof], plain(start.q[dof]));
+            said(text, &format!("\"q.{joint}\" = {q:?}"), "where its spring holds it");
+        }
         let loads = self.loads();
         for (axis, load) in self.axes().iter().zip(loads).filter(|(_, load)| *load != 0.0) {
             let value = match self.yielding().contains(axis) {
