@@ -30,10 +30,10 @@ fn fixed(name: &str, on: &str, x: f64) -> String {
     )
 }
 
-/// A jaw on the link `base`.
+/// A jaw on the link `carrier`.
 const JAW: &str = "<link name=\"jaw\"><inertial><origin xyz=\"0.01 0 0\"/><mass value=\"0.1\"/>\
     <inertia ixx=\"1e-5\" iyy=\"1e-5\" izz=\"1e-5\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\
-    <joint name=\"grip\" type=\"revolute\"><parent link=\"base\"/><child link=\"jaw\"/><axis xyz=\"0 1 0\"/>\
+    <joint name=\"grip\" type=\"revolute\"><parent link=\"carrier\"/><child link=\"jaw\"/><axis xyz=\"0 1 0\"/>\
     <limit lower=\"0\" upper=\"1\" effort=\"4\" velocity=\"3\"/></joint>";
 
 #[test]
@@ -60,9 +60,9 @@ fn tools_are_beyond_the_last_joint() {
             arm(
                 &["i", "ii", "iii"],
                 &["a", "b", "c"],
-                &(fixed("ft_tool", "iii", 0.1) + &fixed("base", "iii", 0.2) + JAW),
+                &(fixed("ft_tool", "iii", 0.1) + &fixed("carrier", "iii", 0.2) + JAW),
             ),
-            "base",
+            "carrier",
         ),
         ("finger", arm(&["finger_1", "finger_2"], &["finger_a", "finger_b"], ""), "tip"),
     ];

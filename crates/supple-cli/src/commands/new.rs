@@ -1,6 +1,7 @@
 mod ask;
 mod costs;
 mod draft;
+mod joints;
 mod limb;
 mod place;
 mod robot;

@@ -191,6 +191,9 @@ pub(super) fn bound_note(at: &Evaluation, task: &TaskEvaluation) -> String {
         (Some(bound), _) => {
             format!("exceeds the cost limit {} by {}", number(bound), excess(task.cost.expected, bound))
         }
+        (None, Some(bound)) if !task.status.is_converged() => {
+            format!("below the cost limit {}, but the plan ended as {}", number(bound), task.status)
+        }
         (None, Some(bound)) => format!("within the cost limit {}", number(bound)),
         (None, None) => String::new(),
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use supple_robot::{Joint, JointKind, Numbers, Pose};
 use supple_text::{nearest, owned, quoted};
 
+use super::joints::{driven, joints_to};
 use super::tool::Tool;
 use crate::commands::robot::Planning;
 use crate::failure::Failure;
@@ -40,7 +41,8 @@ impl Limb {
     /// # Errors
     /// Where there is no such frame, or no joint moves it.
     pub fn of(whole: &Planning, frame: Option<&str>, file: &Path) -> Result<Self, Failure> {
-        let tool = frame.map_or_else(|| Tool::likeliest(whole), Tool::named);
+        let likeliest = Tool::likeliest(whole);
+        let tool = frame.filter(|frame| *frame != likeliest.frame).map_or(likeliest, Tool::named);
         let (robot, name) = (tool.robot(&whole.robot), &tool.frame);
         let wrong = |why: String| Failure::usage(format!("--frame {name}: {why}"));
         let Some((link, pose)) = robot.frame(name) else {
@@ -174,30 +176,6 @@ impl Limb {
 pub fn falling(planning: &Planning, held: &[f64], least: impl Fn(usize) -> f64) -> Vec<usize> {
     let driven = driven(planning);
     (0..held.len()).filter(|dof| !driven.contains(dof) && held[*dof].abs() > least(*dof)).collect()
-}
-
-/// The joints of a robot with drives: those that actuators of the file drive, or else those with an effort, or else all.
-pub fn driven(planning: &Planning) -> Vec<usize> {
-    let (robot, tree) = (&planning.robot, &planning.tree);
-    let joint = |dof: &usize| tree.joint_indices()[*dof];
-    let all = || 0..tree.dofs();
-    let with_actuator: Vec<_> =
-        all().filter(|dof| robot.actuators.iter().any(|actuator| actuator.joint == joint(dof))).collect();
-    let with_effort: Vec<_> = all().filter(|dof| robot.joints[joint(dof)].limits.effort > 0.0).collect();
-    [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
-}
-
-/// The degrees of freedom that move a link, the nearest first.
-pub fn joints_to(planning: &Planning, link: usize) -> Vec<usize> {
-    let mut dofs = Vec::new();
-    let mut body = planning.tree.body_of(link);
-    while let Some(found) = body.map(|body| &planning.tree.bodies()[body]) {
-        if !dofs.contains(&found.dof) {
-            dofs.push(found.dof);
-        }
-        body = found.parent;
-    }
-    dofs
 }
 
 /// Length of the chain from the first joint that moves to a frame, m; slides count with half of their range, and with no

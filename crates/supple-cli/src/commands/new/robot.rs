@@ -170,7 +170,7 @@ struct Reach<'a> {
     /// Where the end of the limb is at the start and at the goal, m.
     from: [f64; 3],
     to: [f64; 3],
-    /// The greatest effort that holds a joint or overcomes its friction and damping; at least 1 N m or N.
+    /// The greatest effort that holds a joint, moves it and overcomes its friction and damping; at least 1 N m or N.
     effort: f64,
 }
 
@@ -196,11 +196,14 @@ impl<'a> Reach<'a> {
                 quoted(&falling)
             ));
         }
-        let efforts =
-            tree.joint_indices().iter().zip(&held).zip(goal.iter().zip(start)).map(|((&joint, held), (to, from))| {
+        let efforts = tree.joint_indices().iter().zip(&held).zip(goal.iter().zip(start)).enumerate().map(
+            |(dof, ((&joint, held), (to, from)))| {
+                // As great as in a motion at constant acceleration and deceleration.
                 let speed = 2.0 * (to - from).abs() / DURATION;
-                held.abs() + numbers.joints[joint].friction + numbers.joints[joint].damping * speed
-            });
+                let inertial = inertia[dof][dof] * 2.0 * speed / DURATION;
+                held.abs() + inertial + numbers.joints[joint].friction + numbers.joints[joint].damping * speed
+            },
+        );
         let effort = efforts.fold(1.0, f64::max);
         Self { planning, end: limb.frame(), goal, from, to, effort }
     }

@@ -4,9 +4,9 @@ use std::cmp::Reverse;
 use std::fmt::Write;
 
 use supple_robot::{Frame, Kinematics, Numbers, Pose, Robot, Tree};
+use supple_text::significant;
 
-use super::limb::{driven, joints_to};
-use super::rules::{four_digits, plain};
+use super::joints::{driven, joints_to};
 use crate::commands::robot::Planning;
 
 /// Minimum number of joints of an arm that carries fingers, and maximum number of joints of a finger.
@@ -165,7 +165,8 @@ impl Tool {
         if length < SAME {
             return Self::named(&on);
         }
-        let position = along.map(|entry| four_digits(length * entry));
+        // Without the sign of a 0.
+        let position = along.map(|entry| significant(length * entry, 4) + 0.0);
         let taken = |name: &str| robot.frame(name).is_some() || robot.joints.iter().any(|joint| joint.name == name);
         let mut names = std::iter::once("tip".to_owned()).chain((2..).map(|number| format!("tip_{number}")));
         let frame = names.find(|name| !taken(name)).unwrap_or_default();
@@ -306,7 +307,7 @@ fn palm(tree: &Tree) -> Option<usize> {
 
 /// Numbers of a task file, with commas.
 fn numbers(list: [f64; 3]) -> String {
-    list.map(|entry| format!("{:?}", plain(entry))).join(", ")
+    list.map(|entry| format!("{entry:?}")).join(", ")
 }
 
 /// The words of a name, in small letters.
