@@ -53,6 +53,18 @@ def test_sweeps_are_the_same_text(program: Path) -> None:
     assert found.to_json() == run(program, "sweep", "tasks/two_mass.toml", *words)
 
 
+def test_sweeps_over_local_minima_are_the_same_text(program: Path) -> None:
+    task = supple.load("tasks/two_mass.toml")
+    found = task.sweep({"k1": "log:300:500:4"}, branches=4, seed=1)
+    words = ("--grid", "k1=log:300:500:4", "--branches", "4", "--seed", "1", "--json")
+    assert found.to_json() == run(program, "sweep", "tasks/two_mass.toml", *words)
+    # Never a costlier plan than that of the point alone.
+    alone = [task.evaluate(k1=k1, rollouts=0).tasks["press"].cost.expected for k1 in found.table["k1"]]
+    assert all(np.asarray(found.table["press.expected_cost"]) <= np.asarray(alone) * (1.0 + 1e-9))
+    with pytest.raises(supple.errors.UsageError, match="branches and starts exclude each other"):
+        task.sweep({"k1": [300.0]}, branches=4, starts=1)
+
+
 def test_robustness_is_the_same_text(program: Path) -> None:
     designs = {"start": {}, "soft": {"k1": 60.0, "k2": 150.0}}
     found = supple.load("tasks/two_mass.toml").robustness(designs, vary={"wall_variance": "1e-5:1e-2:3"}, rollouts=8)

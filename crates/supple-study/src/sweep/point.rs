@@ -1,6 +1,6 @@
 use supple::Stop;
 use supple::aims::weighted_information;
-use supple::design::{Attempts, Control, InformationWeights, best_plan, design, plan_at};
+use supple::design::{Attempts, Control, InformationWeights, best_plan, cheapest_of, design, plan_at};
 use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, monte_carlo};
 use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
@@ -177,6 +177,25 @@ fn message(task: &Task, error: &Error) -> String {
     }
 }
 
+/// The plan of least expected cost of those from the task's guess, from the neighbour's, and of a search for others.
+fn cheapest_branch(
+    problem: &Problem,
+    task: &Task,
+    phi: &[f64],
+    options: &SweepOptions,
+    neighbour: Option<&Matrices>,
+    state: &mut TaskState,
+) -> Result<(), Error> {
+    best_plan(problem, task, phi, None, state)?;
+    let mut known = state.plan.trajectory.controls.clone();
+    if let Some(controls) = neighbour {
+        cheapest_of(problem, task, phi, &[known, controls.clone()], state)?;
+        known = state.plan.trajectory.controls.clone();
+    }
+    let attempts = Attempts { count: options.branches, seed: options.seed };
+    plan_at(problem, task, phi, Some(&known), attempts, state).map(|_| ())
+}
+
 fn evaluate_task(
     problem: &Problem,
     task: &Task,
@@ -188,12 +207,8 @@ fn evaluate_task(
     match neighbour {
         // The plans found by the design search are already those of this point.
         Some(controls) if options.starts > 0 => state.evaluate(task, phi, &problem.planning, Some(controls))?,
+        _ if options.branches > 0 => cheapest_branch(problem, task, phi, options, neighbour.as_ref(), state)?,
         _ => best_plan(problem, task, phi, neighbour.as_ref(), state)?,
-    }
-    if options.branches > 0 {
-        let attempts = Attempts { count: options.branches, seed: options.seed };
-        let known = state.plan.trajectory.controls.clone();
-        plan_at(problem, task, phi, Some(&known), attempts, state)?;
     }
     let (nats, cost) = (state.information.total, state.cost.expected());
     if !(nats.is_finite() && cost.is_finite()) {
