@@ -174,6 +174,12 @@ impl<'a> Visitor<'a> {
             return Err(Error::NotFinite { what: "the first design" });
         };
         let phi = self.scaling.unscaled(&nearest.phi, scaled);
+        // Coordinates that rounding, or bounds, make the same design.
+        if let Some(same) = self.visits.iter().rev().find(|visit| visit.phi == phi) {
+            let same = Visit { scaled: scaled.to_vec(), ..same.clone() };
+            self.visits.push(same);
+            return Ok(&self.visits[self.visits.len() - 1]);
+        }
         let nearest = nearest.clone();
         let plans = nearest.tasks.iter().map(|task| &task.plan).collect();
         self.visit_from(phi, (&nearest.phi, plans), Some(&nearest))?;

@@ -32,9 +32,11 @@ const MOST_GROWTHS: usize = 9;
 const NEAR: f64 = 0.05;
 /// The share of a limit's tolerance to which plans are solved.
 const SHARE: f64 = 0.3;
+/// Excesses up to this, in tolerances, change costs by no more than rounding: searches over designs compare them.
+const SETTLED: f64 = 1e-2;
 /// Number of rounding errors that stationarity may be off by, and the largest stationarity that they may leave.
-const ROUNDINGS: f64 = 2.0;
-const MOST_ROUNDING: f64 = 2e-11;
+const ROUNDINGS: f64 = 4.0;
+const MOST_ROUNDING: f64 = 1e-10;
 
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
 ///
@@ -307,7 +309,8 @@ impl<'a> Rounds<'a> {
                 break;
             }
             let left = self.missed(plan, scratch);
-            if left <= 1.0 && (tolerance <= last || plan.relative_stationarity <= last) {
+            let is_final = tolerance <= last || left <= SETTLED && plan.relative_stationarity <= last;
+            if left <= 1.0 && is_final {
                 break;
             }
             stuck = if left > 1.0 && left > 0.5 * missed { stuck + 1 } else { 0 };
