@@ -147,20 +147,21 @@ pub(crate) fn continue_plan(
     // Limits, beliefs and risks have tolerances of their own, which follow from that of the plan.
     let is_plain = exact.plan == PlanMode::Nominal && task.system.constraints().is_none();
     let loose = exact.to_tolerance(if is_plain { exact.tolerance.max(LOOSE) } else { exact.tolerance });
-    let mut neighbour = neighbour.clone();
+    let mut before: Option<Neighbour> = None;
     for step in 1..=steps {
         let is_last = step == steps;
         let share = step as f64 / steps as f64;
         let phi = if is_last { to.to_vec() } else { scaling.unscaled(to, &between(&start, &end, share)) };
         let settings = if is_last { exact } else { &loose };
-        let asked = Asked { held: neighbour.held.as_ref(), ..Asked::of(settings, Patience::Full) };
-        if let Err(error) = state.plan_with(task.at(&phi), asked, &neighbour.controls) {
+        let Neighbour { controls, held } = before.as_ref().unwrap_or(neighbour);
+        let asked = Asked { held: held.as_ref(), ..Asked::of(settings, Patience::Full) };
+        if let Err(error) = state.plan_with(task.at(&phi), asked, controls) {
             return Err(Failed { phi, error });
         }
         if let Err(error) = Error::check_stop() {
             return Err(Failed { phi, error });
         }
-        neighbour = Neighbour::of(&state.plan);
+        before = (!is_last).then(|| Neighbour::of(&state.plan));
     }
     state.assess_with(task, to, exact).map_err(|error| Failed { phi: to.to_vec(), error })
 }

@@ -290,8 +290,12 @@ fn tolerated_bits(expected: f64) -> f64 {
 
 /// Whether squared innovations deviate from their expected value by more than chance and more than the tolerance.
 fn is_inconsistent(found: &Consistency) -> bool {
-    let by_chance = THREE * 0.5 * (found.upper_95 - found.lower_95);
-    (found.mean - 1.0).abs() > INCONSISTENT.max(by_chance)
+    (found.mean - 1.0).abs() > INCONSISTENT.max(inconsistent_by_chance(found))
+}
+
+/// By how much squared innovations may be off by chance.
+fn inconsistent_by_chance(found: &Consistency) -> f64 {
+    THREE * 0.5 * (found.upper_95 - found.lower_95)
 }
 
 /// By how much the sampled cost may be off by chance, and by how much it may differ from the predicted one.
@@ -310,8 +314,7 @@ fn differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
 fn small_differences(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
     let (error, _) = cost_error(predicted, sampled);
     let by_cost = error.is_finite() && sampled.difference.abs() > error;
-    let by_chance = |found: &Consistency| THREE * 0.5 * (found.upper_95 - found.lower_95);
-    let by_filter = sampled.consistency.is_some_and(|found| (found.mean - 1.0).abs() > by_chance(&found));
+    let by_filter = sampled.consistency.is_some_and(|found| (found.mean - 1.0).abs() > inconsistent_by_chance(&found));
     let said = |what: &str, tolerated: f64| {
         format!(
             "{what} differs from its expected value by more than chance, but by less than {:.0} %",

@@ -15,8 +15,12 @@ pub fn driven(planning: &Planning) -> Vec<usize> {
 
 /// The degrees of freedom that move a link, the nearest first.
 pub fn joints_to(planning: &Planning, link: usize) -> Vec<usize> {
+    joints_up_to(planning, planning.tree.body_of(link))
+}
+
+/// The degrees of freedom that move a body, the nearest first.
+pub fn joints_up_to(planning: &Planning, mut body: Option<usize>) -> Vec<usize> {
     let mut dofs = Vec::new();
-    let mut body = planning.tree.body_of(link);
     while let Some(found) = body.map(|body| &planning.tree.bodies()[body]) {
         if !dofs.contains(&found.dof) {
             dofs.push(found.dof);

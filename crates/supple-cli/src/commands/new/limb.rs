@@ -14,6 +14,7 @@ use crate::failure::Failure;
 pub const MOST_JOINTS: usize = 7;
 /// Maximum that a sliding joint adds to the reach, m: contact sizes should not scale with the length of a rail.
 const SLIDE: f64 = 0.5;
+
 /// A limb.
 pub struct Limb {
     /// The robot, joints that are not of the limb locked.
@@ -43,9 +44,9 @@ impl Limb {
     pub fn of(whole: &Planning, frame: Option<&str>, file: &Path) -> Result<Self, Failure> {
         let likeliest = Tool::likeliest(whole);
         let tool = frame.filter(|frame| *frame != likeliest.frame).map_or(likeliest, Tool::named);
-        let (robot, name) = (tool.robot(&whole.robot), &tool.frame);
+        let (robot, name) = (&whole.robot, &tool.frame);
         let wrong = |why: String| Failure::usage(format!("--frame {name}: {why}"));
-        let Some((link, pose)) = robot.frame(name) else {
+        let Some((link, pose)) = tool.place(robot) else {
             let links = robot.links.iter().map(|link| link.name.as_str());
             let names: Vec<&str> = links.chain(robot.frames.iter().map(|frame| frame.name.as_str())).collect();
             let hint = nearest(name, &names).map_or_else(String::new, |hint| format!(" ({hint})"));
@@ -59,7 +60,7 @@ impl Limb {
         dofs.truncate(MOST_JOINTS);
         let others: Vec<usize> = (0..whole.tree.dofs()).filter(|dof| !dofs.contains(dof)).collect();
         let mut planning = whole.locking(&others);
-        planning.robot = tool.robot(&planning.robot);
+        tool.add_to(&mut planning.robot);
         let gravity = planning.robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
         let [reach, span] = [SLIDE, f64::INFINITY].map(|slide| length(&planning, link, &pose, slide));
         let mass = moved(&planning);

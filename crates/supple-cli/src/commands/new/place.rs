@@ -264,13 +264,12 @@ impl<'a> Search<'a> {
 
     /// A posture that reaches a place with joints that have a spring and no drive where their springs hold them; `None` if
     /// the others do not reach it then.
-    fn settled(&self, q: Vec<f64>, position: [f64; 3], rpy: Option<[f64; 3]>) -> Option<Vec<f64>> {
+    fn settled(&self, mut q: Vec<f64>, position: [f64; 3], rpy: Option<[f64; 3]>) -> Option<Vec<f64>> {
         let (start, sprung) = (&self.limb.planning.start, self.limb.sprung());
-        let free: Vec<bool> = (0..q.len()).map(|dof| !sprung.contains(&dof)).collect();
-        let mut q = q;
         if sprung.is_empty() {
             return Some(q);
         }
+        let free: Vec<bool> = (0..q.len()).map(|dof| !sprung.contains(&dof)).collect();
         for _ in 0..SETTLED {
             self.settle(&mut q);
             let from: Vec<f64> = (0..q.len()).map(|dof| if free[dof] { start[dof] } else { q[dof] }).collect();

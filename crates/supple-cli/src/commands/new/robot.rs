@@ -49,9 +49,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
     let limb = Limb::of(&whole, asked.frame.as_deref(), file)?;
     let chosen = asked.frame.is_none().then(|| limb.chosen("the point is reached by"));
     // Few joints are all planned.
-    let all = || Planning { robot: limb.tool.robot(&whole.robot), ..whole.locking(&[]) };
-    let few = (whole.tree.dofs() <= MOST_JOINTS).then(all);
-    let planning = few.as_ref().unwrap_or(&limb.planning);
+    let planning = if whole.tree.dofs() <= MOST_JOINTS { &whole } else { &limb.planning };
     let gravity = robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
     let mut text = format!(
         "# The end of a limb reaches a point. Try:\n#\n#     supple evaluate FILE    plan, information and cost\n\

@@ -3,10 +3,11 @@
 use std::cmp::Reverse;
 use std::fmt::Write;
 
+use supple_robot::vector::{dot, sub};
 use supple_robot::{Frame, Kinematics, Numbers, Pose, Robot, Tree};
 use supple_text::significant;
 
-use super::joints::{driven, joints_to};
+use super::joints::{driven, joints_to, joints_up_to};
 use crate::commands::robot::Planning;
 
 /// Minimum number of joints of an arm that carries fingers, and maximum number of joints of a finger.
@@ -67,14 +68,19 @@ impl Tool {
         Self { frame: frame.to_owned(), added: None }
     }
 
-    /// The robot with the frame that the task adds.
-    pub fn robot(&self, robot: &Robot) -> Robot {
-        let mut robot = robot.clone();
-        if let Some(Added { link, position, .. }) = self.added {
-            let pose = Pose { position, ..Pose::IDENTITY };
-            robot.frames.push(Frame { name: self.frame.clone(), link, pose });
+    /// The link that it is on, and where; `None` if the robot has no such frame.
+    pub fn place(&self, robot: &Robot) -> Option<(usize, Pose)> {
+        match self.added {
+            Some(Added { link, position, .. }) => Some((link, Pose::at(position))),
+            None => robot.frame(&self.frame),
         }
-        robot
+    }
+
+    /// Adds to a robot the frame that the task adds.
+    pub fn add_to(&self, robot: &mut Robot) {
+        if let Some(Added { link, position, .. }) = self.added {
+            robot.frames.push(Frame { name: self.frame.clone(), link, pose: Pose::at(position) });
+        }
     }
 
     /// The lines of a task file that mount joints on it; frames of the task itself carry none.
@@ -115,9 +121,7 @@ impl Tool {
         for (rank, tool) in TOOLS.iter().chain(&HANDS).enumerate() {
             let least = if rank < TOOLS.len() { 0.0 } else { SAME };
             // What carries jaws may be beyond a tool, such as a sensor of force.
-            let carries = |place: &Place| {
-                *tool == TOOL && place.is_link && place.distance >= SAME && carriers.contains(&place.link)
-            };
+            let carries = |place: &Place| *tool == TOOL && place.distance >= SAME && carriers.contains(&place.name);
             let called = places.iter().filter(|place| {
                 let is_tool = is_called(place.name, tool) || carries(place);
                 is_tool && reach.drives(place.link) >= enough && place.distance >= least
@@ -147,12 +151,11 @@ impl Tool {
         let (robot, bodies) = (&whole.robot, whole.tree.bodies());
         let link = bodies[body].joint + 1;
         let on = robot.links[link].name.clone();
-        let (outward, poses) = (outward(whole, body), poses(whole));
         let Some(inertia) = robot.links[link].inertia.filter(|inertia| inertia.mass > 0.0) else {
             return Self::named(&on);
         };
-        let at = poses[link].unrotate(outward);
-        let towards = if dot(inertia.center, at) < 0.0 { at } else { inertia.center };
+        let outward = outward(whole, body);
+        let towards = if dot(inertia.center, outward) < 0.0 { outward } else { inertia.center };
         let size = norm(towards);
         if size < SAME {
             return Self::named(&on);
@@ -177,9 +180,7 @@ impl Tool {
 /// A link or frame of a robot.
 struct Place<'a> {
     name: &'a str,
-    /// The link, and whether it is the link itself.
     link: usize,
-    is_link: bool,
     /// How far it is from the last joint that moves it, m.
     distance: f64,
 }
@@ -215,23 +216,15 @@ impl<'a> Moved<'a> {
         if body.is_some_and(|body| self.jaws[body]) { 0 } else { self.drives_of(body) }
     }
 
-    fn drives_of(&self, mut body: Option<usize>) -> usize {
-        let bodies = self.whole.tree.bodies();
-        let mut dofs = Vec::new();
-        while let Some(found) = body.map(|body| &bodies[body]) {
-            if self.driven.contains(&found.dof) && !dofs.contains(&found.dof) {
-                dofs.push(found.dof);
-            }
-            body = found.parent;
-        }
-        dofs.len()
+    fn drives_of(&self, body: Option<usize>) -> usize {
+        joints_up_to(self.whole, body).iter().filter(|dof| self.driven.contains(dof)).count()
     }
 
-    /// The links that carry jaws, and the palm.
-    fn carriers(&self, palm: Option<usize>) -> Vec<usize> {
+    /// Names of the links that carry jaws, and of the palm.
+    fn carriers(&self, palm: Option<usize>) -> Vec<&'a str> {
         let bodies = self.whole.tree.bodies().iter().zip(&self.jaws);
         let of_jaws = bodies.filter(|(_, is_jaw)| **is_jaw).map(|(body, _)| self.whole.robot.joints[body.joint].parent);
-        of_jaws.chain(palm).collect()
+        of_jaws.chain(palm).map(|link| &*self.whole.robot.links[link].name).collect()
     }
 
     /// How many joints without a drive move a link.
@@ -246,12 +239,7 @@ impl<'a> Moved<'a> {
         let place = |name: &'a str, link: usize, pose: &Pose| {
             let at = poses[link].compose(pose).position;
             let joint = tree.body_of(link).map_or([0.0; 3], |body| poses[tree.bodies()[body].joint + 1].position);
-            Place {
-                name,
-                link,
-                is_link: robot.links[link].name == name,
-                distance: norm(std::array::from_fn(|i| at[i] - joint[i])),
-            }
+            Place { name, link, distance: norm(sub(at, joint)) }
         };
         let links = robot.links.iter().enumerate().map(|(link, found)| place(&found.name, link, &Pose::IDENTITY));
         let frames = robot.frames.iter().map(|frame| place(&frame.name, frame.link, &frame.pose));
@@ -264,11 +252,12 @@ fn poses(Planning { robot, tree, start, .. }: &Planning) -> Vec<Pose> {
     Kinematics::at_rest(tree, &Numbers::of(robot, [0.0; 3]), start).poses().to_vec()
 }
 
-/// The way to the joint of a body from the one before, in the world, m; 0 for the first.
+/// The way to the joint of a body from the one before, in the axes of its link, m; 0 for the first.
 fn outward(whole: &Planning, body: usize) -> [f64; 3] {
     let (bodies, poses) = (whole.tree.bodies(), poses(whole));
-    let at = |body: usize| poses[bodies[body].joint + 1].position;
-    bodies[body].parent.map_or([0.0; 3], |parent| std::array::from_fn(|i| at(body)[i] - at(parent)[i]))
+    let pose = |body: usize| &poses[bodies[body].joint + 1];
+    let from = |parent| pose(body).unrotate(sub(pose(body).position, pose(parent).position));
+    bodies[body].parent.map_or([0.0; 3], from)
 }
 
 /// The place that is farthest from its joint, the first of several.
@@ -326,10 +315,6 @@ fn is_called(name: &str, tool: &str) -> bool {
         words.pop();
     }
     ends(&words)
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn norm(v: [f64; 3]) -> f64 {
