@@ -42,7 +42,7 @@ pub fn quantities(task: &Task, phi: &[f64]) -> Vec<Quantity> {
     for (place, number) in task.system.followed(phi).iter().enumerate() {
         add("quantity", place, "Quantities", &format!("{} ({})", number.channel.name, number.of), &number.channel.unit);
     }
-    let first: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(phi)).collect();
+    let first = task.first_state(phi);
     let idle = vec![0.0; channels.controls.len()];
     if let Some(seen) = task.system.picture(&first, &idle, phi) {
         for (place, one) in seen.picture.connections.iter().enumerate() {

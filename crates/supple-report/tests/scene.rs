@@ -67,6 +67,7 @@ fn shapes_are_closed_and_as_large_as_they_should_be() {
         (Solid::Cylinder { radius: 0.5, length: 2.0 }, 0.5 * std::f64::consts::PI, 0.97),
         (Solid::Sphere { radius: 0.5 }, std::f64::consts::PI / 6.0, 0.88),
         (Solid::Capsule { radius: 0.5, length: 2.0 }, std::f64::consts::PI * (0.5 + 1.0 / 6.0), 0.94),
+        (Solid::Ellipsoid { radii: [0.5, 1.0, 2.0] }, std::f64::consts::PI * 4.0 / 3.0, 0.88),
     ];
     for (solid, expected, least) in solids {
         let turned = Shape { rotation: [0.5, 0.5, 0.5, 0.5], ..Shape::at(at, solid) };
@@ -86,6 +87,19 @@ fn guides_are_the_last_vertices_of_a_surface() {
     let (own, far) = vertices.split_at(vertices.len() - guides);
     assert!(own.len() == 8 && own.iter().all(is_near) && far.iter().any(|vertex| !is_near(vertex)));
     assert!(shown["designs"][1]["bodies"][0].get("guides").is_none());
+}
+
+/// What a body looks like is beside its meshes; what stands in for it is not.
+#[test]
+fn real_shapes_are_shown_with_meshes() {
+    let folder = folder("beside");
+    let path = folder.join("pyramid.obj");
+    std::fs::write(&path, OBJ).unwrap();
+    let count = |shapes: Vec<Shape>, meshes: Vec<MeshFile>| surface(&data(&[("a", &scene(shapes, meshes))]), 0).1.len();
+    let (bare, real) = (count(vec![], vec![mesh(&path)]), Shape { real: true, ..ball() });
+    let of_ball = count(vec![ball()], vec![]);
+    assert_eq!(count(vec![ball()], vec![mesh(&path)]), bare);
+    assert_eq!(count(vec![ball(), real], vec![mesh(&path)]), bare + of_ball);
 }
 
 const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 3\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";

@@ -94,7 +94,13 @@ impl Robot {
         for (i, ((axis, joint), link)) in insert.axes.iter().zip(insert.joints()).zip(insert.links()).enumerate() {
             let (parent, origin) = if i == 0 { (insert.link, insert.pose) } else { (links + i - 1, Pose::IDENTITY) };
             let inertia = insert.inertia.filter(|_| links + i == beyond);
-            robot.links.push(Link { name: link, inertia, meshes: Vec::new(), line: insert.line });
+            robot.links.push(Link {
+                name: link,
+                inertia,
+                meshes: Vec::new(),
+                primitives: Vec::new(),
+                line: insert.line,
+            });
             let free = Joint::free(joint, axis.kind, parent);
             robot.joints.push(Joint { origin, axis: axis.axis, line: insert.line, ..free });
         }

@@ -63,7 +63,7 @@ pub use inverse_kinematics::{PoseGoal, Reach, Reached, inverse_kinematics};
 pub use load::{LoadOptions, load, parse};
 pub use numbers::{JointNumbers, LinkNumbers, Numbers};
 pub use pose::{Pose, turn};
-pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Robot};
+pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Primitive, Robot, Solid};
 pub use tree::{Body, Motion, Tree};
 pub use write::{Written, mjcf};
 

@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
+use crate::pose::dot;
 use crate::{Actuator, Key, Law, Omitted, Pose, Sensor, Wall};
 
 /// A tree of links and joints, as a file describes it.
@@ -66,8 +69,106 @@ pub struct Link {
     /// Files of its visual meshes with their poses in the link and scales, each inside the robot file's folder or a
     /// declared package root. Not read here.
     pub meshes: Vec<Mesh>,
+    /// Its visual boxes, balls and the like.
+    pub primitives: Vec<Primitive>,
     /// Line in the file.
     pub line: usize,
+}
+
+/// A visual shape that needs no mesh.
+///
+/// ```
+/// use supple_robot::{Pose, Primitive, Solid};
+///
+/// // A rod from the origin of its link to 0.3 m above.
+/// let rod = Primitive { solid: Solid::Cylinder { radius: 0.02, length: 0.3 }, pose: Pose::at([0.0, 0.0, 0.15]) };
+/// assert_eq!(rod.reach([0.0, 0.0, 1.0]), 0.3);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Primitive {
+    /// What it is.
+    pub solid: Solid,
+    /// Where its centre is in its link.
+    pub pose: Pose,
+}
+
+impl Primitive {
+    /// How far it reaches in a direction of length 1, from the origin of its link, m.
+    #[must_use]
+    pub fn reach(&self, along: [f64; 3]) -> f64 {
+        dot(self.pose.position, along) + self.solid.reach(self.pose.unrotate(along))
+    }
+}
+
+/// A solid about its own centre; lengths in m.
+///
+/// Example: [`Primitive`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Solid {
+    /// Edges along x, y and z.
+    Box {
+        /// Their lengths.
+        size: [f64; 3],
+    },
+    /// A ball.
+    Sphere {
+        /// Its radius.
+        radius: f64,
+    },
+    /// With its axis along z.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Its length.
+        length: f64,
+    },
+    /// With its axis along z: a cylinder with half a ball on either end.
+    Capsule {
+        /// Its radius.
+        radius: f64,
+        /// Its length without the half balls.
+        length: f64,
+    },
+    /// With its axes along x, y and z.
+    Ellipsoid {
+        /// Half of their lengths.
+        radii: [f64; 3],
+    },
+}
+
+impl Solid {
+    /// How far it reaches in a direction of length 1, from its centre, m.
+    ///
+    /// ```
+    /// use supple_robot::Solid;
+    ///
+    /// assert_eq!(Solid::Box { size: [2.0, 4.0, 6.0] }.reach([0.0, 1.0, 0.0]), 2.0);
+    /// assert_eq!(Solid::Capsule { radius: 0.1, length: 1.0 }.reach([0.0, 0.0, -1.0]), 0.6);
+    /// ```
+    #[must_use]
+    pub fn reach(self, along: [f64; 3]) -> f64 {
+        let [x, y, z] = along;
+        match self {
+            Self::Box { size } => 0.5 * dot(size, along.map(f64::abs)),
+            Self::Sphere { radius } => radius,
+            Self::Cylinder { radius, length } => radius * x.hypot(y) + 0.5 * length * z.abs(),
+            Self::Capsule { radius, length } => radius + 0.5 * length * z.abs(),
+            Self::Ellipsoid { radii: [a, b, c] } => (a * x).hypot(b * y).hypot(c * z),
+        }
+    }
+
+    /// Whether all its lengths are positive and finite.
+    pub(crate) fn is_sound(self) -> bool {
+        let is_length = |length: f64| length > 0.0 && length.is_finite();
+        match self {
+            Self::Box { size: lengths } | Self::Ellipsoid { radii: lengths } => lengths.into_iter().all(is_length),
+            Self::Sphere { radius } => is_length(radius),
+            Self::Cylinder { radius, length } | Self::Capsule { radius, length } => {
+                is_length(radius) && is_length(length)
+            }
+        }
+    }
 }
 
 /// A visual mesh.

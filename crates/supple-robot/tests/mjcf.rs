@@ -345,7 +345,7 @@ fn what_is_not_modelled_is_listed_once() {
          <size/><statistic/><visual><map/></visual><custom/><sesnor/>\n\
          <asset><texture/><material/><texture/></asset><default><motor/><jiont/></default>\n\
          <worldbody><camera/><light/><body name='a' gravcomp='1' mocap='false'>\n\
-         <joint actuatorfrcrange='-1 2' rnage='1 2'/><inertial pos='0 0 0' mass='1'/><geom cocon='1'/>\n\
+         <joint actuatorfrcrange='-1 2' rnage='1 2'/><inertial pos='0 0 0' mass='1'/><geom size='1' cocon='1'/>\n\
          <site/><camera/><plugin/><jiont/></body></worldbody>\n\
          <tendon/><contact/>\n</mujoco>",
     );

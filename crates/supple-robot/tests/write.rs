@@ -21,6 +21,66 @@ fn shipped() -> Vec<(PathBuf, Robot)> {
     paths.into_iter().filter(|path| known(path)).filter_map(read).collect()
 }
 
+/// Boxes, balls and the like are the same from all formats, but for those that a viewer hides, and written again.
+#[test]
+fn visual_shapes_are_read_and_written() {
+    let urdf = "<robot name='m'><link name='a'>\
+        <visual><origin xyz='1 2 3'/><geometry><box size='.2 .4 .6'/></geometry></visual>\
+        <visual><geometry><sphere radius='.1'/></geometry></visual>\
+        <visual><geometry><cylinder radius='.1' length='.4'/></geometry></visual>\
+        <visual><origin rpy='0 0 .5'/><geometry><capsule radius='.1' length='.4'/></geometry></visual></link></robot>";
+    let shape = |shape: &str, pose: &str| format!("<visual name='v'>{pose}<geometry>{shape}</geometry></visual>");
+    let size = "<radius>.1</radius><length>.4</length>";
+    let sdf = format!(
+        "<sdf version='1.9'><model name='m'><static>1</static><link name='a'>\
+         {}{}{}{}<visual name='p'><geometry><plane/></geometry></visual></link></model></sdf>",
+        shape("<box><size>.2 .4 .6</size></box>", "<pose>1 2 3 0 0 0</pose>"),
+        shape("<sphere><radius>.1</radius></sphere>", ""),
+        shape(&format!("<cylinder>{size}</cylinder>"), ""),
+        shape(&format!("<capsule>{size}</capsule>"), "<pose>0 0 0 0 0 .5</pose>"),
+    );
+    let xml = "<mujoco><compiler angle='radian'/><worldbody><body name='a'>\
+        <geom type='box' size='.1 .2 .3' pos='1 2 3'/><geom size='.1'/><geom type='cylinder' size='.1 .2'/>\
+        <geom type='capsule' size='.1 .2' euler='0 0 .5'/>\
+        <geom size='.3' group='3'/><geom size='.3' rgba='1 0 0 0'/><geom type='plane' size='1 1 1'/>\
+        </body></worldbody></mujoco>";
+    let expected = [
+        (Solid::Box { size: [0.2, 0.4, 0.6] }, Pose::at([1.0, 2.0, 3.0])),
+        (Solid::Sphere { radius: 0.1 }, Pose::IDENTITY),
+        (Solid::Cylinder { radius: 0.1, length: 0.4 }, Pose::IDENTITY),
+        (Solid::Capsule { radius: 0.1, length: 0.4 }, Pose::from_rpy([0.0; 3], [0.0, 0.0, 0.5])),
+    ];
+    for (name, text) in [("m.urdf", urdf), ("m.sdf", &sdf), ("m.xml", xml)] {
+        let robot = parse(text, name, &LoadOptions::default()).unwrap();
+        for robot in [again(&robot), robot] {
+            let link = robot.links.iter().find(|link| link.name == "a").unwrap();
+            assert_eq!(link.primitives.len(), expected.len(), "{name}");
+            for (found, (solid, pose)) in link.primitives.iter().zip(expected) {
+                assert_eq!(found.solid, solid, "{name}");
+                let off = |p: [f64; 3]| (0..3).map(|i| (found.pose.apply(p)[i] - pose.apply(p)[i]).abs()).sum::<f64>();
+                assert!(off([1.0, 0.0, 0.0]) < 1e-14 && off([0.0, 1.0, 1.0]) < 1e-14, "{name}: {found:?}");
+            }
+        }
+    }
+}
+
+/// A shape that cannot be drawn is left out of the picture, not of the robot.
+#[test]
+fn visual_shapes_without_sizes_are_warned_of() {
+    for (shape, why) in [
+        ("<box size='1 0 1'/>", "its sizes must be positive"),
+        ("<cylinder radius='.1'/>", "attribute `length` is missing"),
+        ("<sphere radius='wide'/>", "`wide`"),
+    ] {
+        let text =
+            format!("<robot name='m'><link name='a'><visual><geometry>{shape}</geometry></visual></link></robot>");
+        let robot = parse(&text, "m.urdf", &LoadOptions::default()).unwrap();
+        assert_eq!(robot.links[0].primitives, []);
+        let [warning] = &robot.warnings[..] else { panic!("{:?}", robot.warnings) };
+        assert!(warning.contains(": it is not drawn: ") && warning.contains(why), "{warning}");
+    }
+}
+
 fn again(robot: &Robot) -> Robot {
     parse(&mjcf(robot).text, "again.xml", &LoadOptions::default()).unwrap()
 }

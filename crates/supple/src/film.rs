@@ -73,7 +73,7 @@ fn rounded(shape: &Shape) -> Shape {
     round(&mut shape.position);
     round(&mut shape.rotation);
     match &mut shape.solid {
-        Solid::Box { size } => round(size),
+        Solid::Box { size: lengths } | Solid::Ellipsoid { radii: lengths } => round(lengths),
         Solid::Sphere { radius } => round(std::slice::from_mut(radius)),
         Solid::Cylinder { radius, length } | Solid::Capsule { radius, length } => {
             round(std::slice::from_mut(radius));

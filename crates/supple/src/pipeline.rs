@@ -136,7 +136,7 @@ impl TaskState {
 
     /// Whether a task has contacts that do not touch in the first state.
     pub(crate) fn has_to_approach(&self, task: &Task, phi: &[f64]) -> bool {
-        let first: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(phi)).collect();
+        let first = task.first_state(phi);
         has_to_approach(&*task.system, &first, phi)
     }
 

@@ -89,7 +89,7 @@ fn deep_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<Str
     if task.system.contacts().is_empty() {
         return Vec::new();
     }
-    let start: Vec<f64> = task.initial_state.iter().map(|value| value.resolve::<f64>(phi)).collect();
+    let start = task.first_state(phi);
     let wanted = task.system.wanted_forces(phi);
     let deep = |(contact, state): (usize, ContactState)| {
         let name = task.system.contacts().get(contact)?.name.clone();

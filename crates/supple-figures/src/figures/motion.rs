@@ -260,6 +260,9 @@ fn corners(solid: Solid) -> Vec<[f64; 3]> {
             .map(|index: usize| [0, 1, 2].map(|axis| if index >> axis & 1 == 1 { 0.5 } else { -0.5 } * size[axis]))
             .collect(),
         Solid::Sphere { radius } => ball(radius, 0.0),
+        Solid::Ellipsoid { radii } => {
+            ball(1.0, 0.0).into_iter().map(|corner| [0, 1, 2].map(|axis| radii[axis] * corner[axis])).collect()
+        }
         Solid::Capsule { radius, length } => [ball(radius, -0.5 * length), ball(radius, 0.5 * length)].concat(),
         Solid::Cylinder { radius, length } => {
             let rim = |height: f64| {

@@ -43,7 +43,7 @@ mod picture;
 mod track;
 
 pub use picture::{Landmark, LandmarkKind, Picture, PlacedBody, PlacedConnection, Seen};
-pub use supple_robot::Pose;
+pub use supple_robot::{Pose, Solid};
 pub use track::Track;
 pub use track::round;
 
@@ -77,7 +77,7 @@ pub struct Scene {
 pub struct Body {
     /// Its name.
     pub name: String,
-    /// What to draw where it has no meshes, or they cannot be read.
+    /// What it looks like beside its meshes; or what stands in for it where nothing of it can be shown.
     pub shapes: Vec<Shape>,
     /// Its meshes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -102,38 +102,9 @@ pub struct Shape {
     /// Whether it only shows a range of motion, as rails do; pictures may crop it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub guide: bool,
-}
-
-/// A solid about its own centre.
-///
-/// Example: the [module](crate::scene).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Solid {
-    /// Edges along x, y and z.
-    Box {
-        /// Their lengths.
-        size: [f64; 3],
-    },
-    /// A ball.
-    Sphere {
-        /// Its radius.
-        radius: f64,
-    },
-    /// With its axis along z.
-    Cylinder {
-        /// Its radius.
-        radius: f64,
-        /// Its length.
-        length: f64,
-    },
-    /// With its axis along z: a cylinder with half a ball on either end.
-    Capsule {
-        /// Its radius.
-        radius: f64,
-        /// Its length without the half balls.
-        length: f64,
-    },
+    /// Whether the body looks so; else it stands in for what is not known, or only guides.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub real: bool,
 }
 
 /// A file with a mesh on a body.
@@ -226,13 +197,13 @@ impl Shape {
     /// A shape at a point of its body, not turned.
     #[must_use]
     pub fn at(position: [f64; 3], solid: Solid) -> Self {
-        Self { solid, position, rotation: [1.0, 0.0, 0.0, 0.0], guide: false }
+        Self { solid, position, rotation: [1.0, 0.0, 0.0, 0.0], guide: false, real: false }
     }
 
     /// A shape at a pose in its body.
     #[must_use]
     pub fn placed(pose: &Pose, solid: Solid) -> Self {
-        Self { solid, position: pose.position, rotation: quaternion(&pose.rotation), guide: false }
+        Self { solid, position: pose.position, rotation: quaternion(&pose.rotation), guide: false, real: false }
     }
 }
 

@@ -40,7 +40,8 @@ pub struct Picture {
 pub struct PlacedBody {
     /// Its name.
     pub name: String,
-    /// What to draw where it has no meshes, or they cannot be read. The same at every point.
+    /// What it looks like beside its meshes; or what stands in for it where nothing of it can be shown. The same at every
+    /// point.
     pub shapes: Vec<Shape>,
     /// Its meshes.
     pub meshes: Vec<MeshFile>,

@@ -129,7 +129,8 @@ impl Stage {
         let made_of = format!("{:?} {:?} {share}", body.shapes, body.meshes);
         let Self { files, shared, known } = self;
         let (mesh, guides) = *known.entry(made_of).or_insert_with(|| {
-            let (surface, guides) = files.surface(body, share).map_or_else(|| of_shapes(body), |surface| (surface, 0));
+            let meshes = files.surface(body, share);
+            let (surface, guides) = with_shapes(meshes, body);
             ((!surface.faces.is_empty()).then(|| shared.place(&surface)), guides)
         });
         let mut out = json!({ "name": body.name, "mesh": mesh, "position": body.position, "rotation": body.rotation });
@@ -140,10 +141,13 @@ impl Stage {
     }
 }
 
-/// The surface of a body's shapes, guides last, and how many vertices these have.
-fn of_shapes(body: &Body) -> (Surface, usize) {
-    let (guides, own): (Vec<Shape>, Vec<Shape>) = body.shapes.iter().partition(|shape| shape.guide);
-    let mut surface = solids::surface(&own);
+/// The surface of a body's meshes and shapes, guides last, and how many vertices these have. With meshes, nothing stands in
+/// for the body.
+fn with_shapes(meshes: Option<Surface>, body: &Body) -> (Surface, usize) {
+    let shown = body.shapes.iter().filter(|shape| shape.real || meshes.is_none());
+    let (guides, own): (Vec<Shape>, Vec<Shape>) = shown.partition(|shape| shape.guide);
+    let mut surface = meshes.unwrap_or_default();
+    surface.add(solids::surface(&own));
     let guides = solids::surface(&guides);
     let count = guides.vertices.len();
     surface.add(guides);

@@ -19,6 +19,9 @@ pub fn surface(shapes: &[Shape]) -> Surface {
             Solid::Box { size } => cuboid(size),
             Solid::Sphere { radius } => turned_profile(&capsule(radius, 0.0)),
             Solid::Capsule { radius, length } => turned_profile(&capsule(radius, length)),
+            Solid::Ellipsoid { radii } => {
+                turned_profile(&capsule(1.0, 0.0)).placed(radii, [1.0, 0.0, 0.0, 0.0], [0.0; 3])
+            }
             Solid::Cylinder { radius, length } => {
                 let half = 0.5 * length;
                 turned_profile(&[(0.0, -half), (radius, -half), (radius, half), (0.0, half)])

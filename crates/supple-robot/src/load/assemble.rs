@@ -83,8 +83,8 @@ fn sorted<T>(things: impl Iterator<Item = T>, places: &[usize]) -> Vec<T> {
 
 impl LinkPart<'_> {
     fn finish(self) -> Link {
-        let Self { at, name, inertia, meshes } = self;
-        Link { name, inertia: inertia.map(|(inertia, _)| inertia), meshes, line: at.line() }
+        let Self { at, name, inertia, meshes, primitives } = self;
+        Link { name, inertia: inertia.map(|(inertia, _)| inertia), meshes, primitives, line: at.line() }
     }
 }
 

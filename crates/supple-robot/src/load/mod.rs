@@ -11,6 +11,7 @@ mod parts;
 mod physics;
 mod scan;
 mod sdf;
+mod solids;
 mod urdf;
 mod values;
 mod warnings;

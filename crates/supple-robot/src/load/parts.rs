@@ -2,7 +2,7 @@
 
 use super::warnings::Warnings;
 use super::xml::Element;
-use crate::{Inertia, Joint, JointKind, Mesh, Pose};
+use crate::{Inertia, Joint, JointKind, Mesh, Pose, Primitive};
 
 /// A robot in parts, as a file names them.
 pub(super) struct Parts<'a> {
@@ -30,6 +30,15 @@ pub(super) struct LinkPart<'a> {
     pub(super) inertia: Option<(Inertia, Element<'a>)>,
     /// Its visual meshes.
     pub(super) meshes: Vec<Mesh>,
+    /// Its other visual shapes.
+    pub(super) primitives: Vec<Primitive>,
+}
+
+impl<'a> LinkPart<'a> {
+    /// A link without mass that cannot be seen.
+    pub(super) fn empty(at: Element<'a>, name: String) -> Self {
+        Self { at, name, inertia: None, meshes: Vec::new(), primitives: Vec::new() }
+    }
 }
 
 /// A reference by name, with its element.

@@ -12,10 +12,11 @@ use super::joint_kind::joint_kind;
 use super::meshes::mesh_path;
 use super::moments::turned;
 use super::parts::{JointPart, LinkPart, MimicPart, Parts, Reference};
+use super::solids::drawn;
 use super::warnings::Warnings;
 use super::words::{RUN_XACRO, XACRO};
 use super::xml::{Document, Element};
-use crate::{Inertia, JointKind, Limits, Mesh, Pose, Robot};
+use crate::{Inertia, JointKind, Limits, Mesh, Pose, Primitive, Robot, Solid};
 
 /// Elements of `robot` that are read.
 const ROBOT: [&str; 2] = ["link", "joint"];
@@ -129,11 +130,20 @@ fn link<'a>(
         pass_over(element, &LINK, &LINK_IGNORED, warnings);
     }
     let inertia = at.child("inertial")?.map(|at| Ok((inertial(at)?, at))).transpose()?;
-    let mut meshes = Vec::new();
+    let mut link = LinkPart { inertia, ..LinkPart::empty(at, name) };
     for visual in at.all("visual") {
-        meshes.extend(mesh(visual, options, folder, warnings)?);
+        let pose = origin(visual)?;
+        let Some(geometry) = visual.child("geometry")? else { continue };
+        match geometry.child("mesh")? {
+            Some(at) => link.meshes.extend(mesh(at, pose, (options, folder), warnings)?),
+            None => {
+                let shape = geometry.children().next();
+                let solid = shape.and_then(|shape| drawn(shape, solid(shape), warnings));
+                link.primitives.extend(solid.map(|solid| Primitive { solid, pose }));
+            }
+        }
     }
-    Ok(LinkPart { at, name, inertia, meshes })
+    Ok(link)
 }
 
 /// Reads an `inertial`: moments are given about the centre of mass, in axes rotated by `origin`.
@@ -158,11 +168,25 @@ fn origin(at: Element) -> Result<Pose, FileError> {
     Ok(Pose::from_rpy(origin.numbers("xyz")?.unwrap_or([0.0; 3]), origin.numbers("rpy")?.unwrap_or([0.0; 3])))
 }
 
-/// The mesh of a `visual`, where it has one.
-fn mesh(at: Element, options: &LoadOptions, folder: &Path, warnings: &mut Warnings) -> Result<Option<Mesh>, FileError> {
-    let pose = origin(at)?;
-    let Some(geometry) = at.child("geometry")? else { return Ok(None) };
-    let Some(mesh) = geometry.child("mesh")? else { return Ok(None) };
+/// A shape of a `geometry` that is no mesh; `None` if it is none of those known.
+fn solid(at: Element) -> Result<Option<Solid>, FileError> {
+    let length = |name| at.required_number(name);
+    Ok(Some(match at.tag() {
+        "box" => Solid::Box { size: at.required_numbers("size")? },
+        "sphere" => Solid::Sphere { radius: length("radius")? },
+        "cylinder" => Solid::Cylinder { radius: length("radius")?, length: length("length")? },
+        "capsule" => Solid::Capsule { radius: length("radius")?, length: length("length")? },
+        _ => return Ok(None),
+    }))
+}
+
+/// The mesh of a `visual` at a pose; `None` and a warning if it cannot be used.
+fn mesh(
+    mesh: Element,
+    pose: Pose,
+    (options, folder): (&LoadOptions, &Path),
+    warnings: &mut Warnings,
+) -> Result<Option<Mesh>, FileError> {
     let scale = match mesh.list("scale")?.as_deref() {
         None => [1.0; 3],
         Some(&[x, y, z]) => [x, y, z],

@@ -3,7 +3,7 @@
 use super::mended::{is_solid, mended};
 use super::rotation::quaternion;
 use super::text::{Attributes, Text, named};
-use crate::{Frame, Inertia, Joint, JointKind, Pose, Robot};
+use crate::{Frame, Inertia, Joint, JointKind, Pose, Primitive, Robot, Solid, WallShape};
 
 /// State for writing a robot's bodies as MJCF.
 pub(super) struct Bodies<'a> {
@@ -45,6 +45,7 @@ impl<'a> Bodies<'a> {
         }
         // A body is closed when the next one is not inside it.
         let mut open: Vec<(usize, usize)> = Vec::new();
+        primitives(self.robot, 0, text);
         self.frames(0, text);
         open.extend(self.children[0].iter().rev().map(|&joint| (joint, 0)));
         let mut depth = 0;
@@ -118,6 +119,7 @@ impl<'a> Bodies<'a> {
         }
         let moved = chain.joints.iter().any(|&(index, _)| moves(&self.robot.joints[index]));
         self.inertia(chain.link, moved && !self.is_solid(chain.link), text);
+        primitives(self.robot, chain.link, text);
         self.frames(chain.link, text);
     }
 
@@ -158,6 +160,27 @@ impl<'a> Bodies<'a> {
         for Frame { name, pose, .. } in self.robot.frames.iter().filter(|frame| frame.link == link) {
             text.element("site", placed(named(name), pose));
         }
+    }
+}
+
+/// The visual shapes of a link, as geoms that touch nothing; those that are walls are written as such.
+fn primitives(robot: &Robot, link: usize, text: &mut Text) {
+    let is_wall = |primitive: &Primitive| {
+        let Solid::Box { size } = primitive.solid else { return false };
+        let shape = WallShape::Box(size.map(|edge| 0.5 * edge));
+        link == 0 && robot.walls.iter().any(|wall| wall.shape == shape && wall.pose == primitive.pose)
+    };
+    for primitive in robot.links[link].primitives.iter().filter(|primitive| !is_wall(primitive)) {
+        let (kind, size) = match primitive.solid {
+            Solid::Box { size } => ("box", size.map(|edge| 0.5 * edge).to_vec()),
+            Solid::Sphere { radius } => ("sphere", vec![radius]),
+            Solid::Cylinder { radius, length } => ("cylinder", vec![radius, 0.5 * length]),
+            Solid::Capsule { radius, length } => ("capsule", vec![radius, 0.5 * length]),
+            Solid::Ellipsoid { radii } => ("ellipsoid", radii.to_vec()),
+        };
+        let shape = Attributes::default().text("type", kind).numbers("size", &size);
+        let shape = shape.numbers("contype", &[0.0]).numbers("conaffinity", &[0.0]);
+        text.element("geom", placed(shape, &primitive.pose));
     }
 }
 

@@ -15,7 +15,8 @@ pub struct Written {
 }
 
 /// A robot as MJCF, the format of MuJoCo: bodies with inertias, joints with limits, losses and springs, frames as sites,
-/// joints that follow others, actuators, sensors, keyframes and walls. Reading it again gives the same dynamics.
+/// joints that follow others, actuators, sensors, keyframes, walls, and visual shapes that need no mesh. Reading it again
+/// gives the same dynamics.
 ///
 /// A link without inertia and frames between two joints becomes part of a body with both joints, as MuJoCo rejects bodies
 /// without inertia. Other inertias that MuJoCo rejects are replaced by the nearest valid ones, with a comment and a warning.

@@ -77,7 +77,7 @@ impl Random {
 
 /// A link of that name without anything.
 pub fn link(name: &str, inertia: Option<Inertia>) -> Link {
-    Link { name: name.to_owned(), inertia, meshes: vec![], line: 0 }
+    Link { name: name.to_owned(), inertia, meshes: vec![], primitives: vec![], line: 0 }
 }
 
 /// A joint of that name without anything, which turns about z in the origin of its parent.

@@ -1,5 +1,9 @@
+use std::fmt::Write;
+
 use supple_kernels::{Matrices, Scratch};
-use supple_model::system::KeptEnd;
+use supple_model::Trajectory;
+use supple_model::limits::LIMIT_TOLERANCE;
+use supple_model::system::{KeptEnd, holding_controls};
 use supple_text::{digits, short};
 
 use crate::pipeline::TaskState;
@@ -9,6 +13,8 @@ use crate::simulate::MonteCarlo;
 
 /// Up to this relative stationarity a plan counts as stationary.
 const LEVEL: f64 = 1e-6;
+/// A state that moves by no more than this in a step, relative to it, stays.
+const HELD: f64 = 1e-9;
 
 /// Why a plan should not be trusted, in words: if it did not converge, how its search ended, with the step and the
 /// control where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
@@ -31,7 +37,11 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     let mut warnings = Vec::new();
     if !plan.status.is_converged() {
         let exceeded = (plan.status == PlanStatus::LimitsExceeded).then(|| exceeded(task, phi, plan)).flatten();
-        warnings.push(exceeded.unwrap_or_else(|| unconverged(task, phi, plan)));
+        let mut warning = exceeded.unwrap_or_else(|| unconverged(task, phi, plan));
+        if let Some(why) = beyond_at_rest(task, phi) {
+            let _ = write!(warning, "; {why}");
+        }
+        warnings.push(warning);
     }
     if let Some(cost) = plan.passed_over {
         warnings.push(format!(
@@ -116,6 +126,36 @@ fn exceeded(task: &Task, phi: &[f64], plan: &Plan) -> Option<String> {
         channel.name,
         digits(excess),
         channel.unit,
+        digits(bounds[end]),
+    ))
+}
+
+/// The enforced limit that is exceeded the most, relative to it, by what holds the first state; `None` if that exceeds none.
+fn beyond_at_rest(task: &Task, phi: &[f64]) -> Option<String> {
+    let limits = task.system.constraints()?;
+    let (mut first, x) = (Trajectory::zeros(task.system.dimensions(), 1), task.first_state(phi));
+    [0, 1].into_iter().for_each(|t| first.states.vector_mut(t).copy_from_slice(&x));
+    first.controls.vector_mut(0).copy_from_slice(&holding_controls(&*task.system, &x, phi));
+    let mut next = vec![0.0; x.len()];
+    task.system.step(0, &x, first.controls.vector(0), phi, &mut next);
+    // With fewer drives than joints, nothing may hold it.
+    let is_held = |(next, x): (&f64, &f64)| (next - x).abs() <= HELD * (1.0 + x.abs());
+    if !next.iter().zip(&x).all(is_held) {
+        return None;
+    }
+    let bounds = limits.bounds(phi);
+    let mut excesses = Matrices::vectors(2, bounds.len());
+    limits.excesses(first.points(), phi, &mut excesses, &mut Scratch::default());
+    let share = |end: &usize| excesses.vector(0)[*end] / (1.0 + bounds[*end].abs());
+    let beyond = (0..bounds.len()).filter(|end| limits.of_control()[*end] && share(end) > LIMIT_TOLERANCE);
+    let end = beyond.max_by(|one, other| share(one).total_cmp(&share(other)))?;
+    let KeptEnd { channel, upper } = limits.ends().swap_remove(end);
+    let excess = excesses.vector(0)[end];
+    Some(format!(
+        "holding the initial state takes {} {} of `{}`, whose enforced limit is {}",
+        short(if upper { bounds[end] + excess } else { bounds[end] - excess }, 4),
+        channel.unit,
+        channel.name,
         digits(bounds[end]),
     ))
 }

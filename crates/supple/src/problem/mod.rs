@@ -376,14 +376,19 @@ impl Task {
         NominalProblem { system: &*self.system, phi, bounds: self.control_bounds.as_ref() }
     }
 
+    /// The first state at `phi`.
+    #[must_use]
+    pub fn first_state(&self, phi: &[f64]) -> Vec<f64> {
+        self.initial_state.iter().map(|value| value.resolve(phi)).collect()
+    }
+
     /// The first guess of the controls at `phi`, times a factor.
     #[must_use]
     pub fn guess(&self, phi: &[f64], factor: f64) -> Matrices {
         let resolve = |row: &Vec<Value>| row.iter().map(|value| value.resolve(phi)).collect();
         let mut rows: Vec<Vec<f64>> = self.initial_control.iter().map(resolve).collect();
         if rows.is_empty() {
-            let first: Vec<f64> = self.initial_state.iter().map(|value| value.resolve(phi)).collect();
-            rows.push(holding_controls(&*self.system, &first, phi));
+            rows.push(holding_controls(&*self.system, &self.first_state(phi), phi));
         }
         let mut controls = Matrices::vectors(self.steps, self.system.dimensions().controls);
         for t in 0..self.steps {
@@ -396,9 +401,7 @@ impl Task {
 
     /// Writes the first state at `phi`, and the controls to start from: those given, or else the first guess.
     pub fn write_guess(&self, phi: &[f64], controls: Option<&Matrices>, trajectory: &mut Trajectory) {
-        for (x, value) in trajectory.states.vector_mut(0).iter_mut().zip(&self.initial_state) {
-            *x = value.resolve(phi);
-        }
+        trajectory.states.vector_mut(0).copy_from_slice(&self.first_state(phi));
         match controls {
             Some(controls) => trajectory.controls.copy_from(controls),
             None => trajectory.controls = self.guess(phi, 1.0),
@@ -427,7 +430,7 @@ impl Task {
                 check("the first state", start.len(), size.states)?;
                 first.copy_from_slice(start);
             }
-            None => first.iter_mut().zip(&self.initial_state).for_each(|(x, value)| *x = value.resolve(phi)),
+            None => first.copy_from_slice(&self.first_state(phi)),
         }
         self.system.roll_out(RollOut::Controls, phi, &mut motion, &mut Scratch::default());
         let finite = |t: &usize| motion.states.vector(*t).iter().all(|number| number.is_finite());

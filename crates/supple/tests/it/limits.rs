@@ -228,6 +228,49 @@ fn a_plan_that_begins_outside_a_limit_does_not_keep_it() {
     assert!(at.warnings().any(|warning| warning.contains(said)), "{:?}", at.warnings().collect::<Vec<_>>());
 }
 
+/// A slide of 2 kg under gravity whose drive is too weak for it, and which may not fall.
+const LIFT: &str = r#"
+[model]
+kind = "robot"
+file = "lift.urdf"
+gravity = [0.0, 0.0, -9.81]
+[[model.sensors]]
+kind = "joint_position"
+variance = 1e-4
+[[tasks]]
+name = "lift"
+steps = 50
+time_step = 0.01
+noise = { initial = [1e-4, 1e-4], process = [1e-6, 1e-6] }
+costs = [{ kind = "joint_position", target = [0.1], weight = 1.0 }, { kind = "control", weight = 1e-3 }]
+[[tasks.limits]]
+kind = "drive_effort"
+lower = -5.0
+upper = 5.0
+enforce = true
+[[tasks.limits]]
+kind = "joint_velocity"
+lower = -0.1
+enforce = true
+"#;
+
+/// Drives that cannot hold the weight that they start with are named, with what it takes.
+#[test]
+fn limits_below_what_the_first_state_takes_are_named() {
+    let robot = r#"<robot name="lift"><link name="base"/>
+        <joint name="slide" type="prismatic"><parent link="base"/><child link="load"/><axis xyz="0 0 1"/>
+            <limit lower="-1" upper="1" effort="100" velocity="10"/></joint>
+        <link name="load"><inertial><mass value="2"/>
+            <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    std::fs::write(folder.join("lift.urdf"), robot).unwrap();
+    let problem = supple_file::parse(LIFT, folder.join("lift.toml").to_str().unwrap()).unwrap();
+    let at = problem.evaluate(&[], &EvaluateOptions::default()).unwrap();
+    assert!(!at.tasks[0].status.is_converged());
+    let said = "; holding the initial state takes 19.62 N of `effort of slide`, whose enforced limit is 5";
+    assert!(at.warnings().any(|warning| warning.ends_with(said)), "{:?}", at.warnings().collect::<Vec<_>>());
+}
+
 #[test]
 fn plans_of_other_kinds_refuse_limits() {
     let problem = shipped_with("two_mass.toml", &kept(LIMITS[0].1));

@@ -60,6 +60,17 @@ pub struct Added {
     link: usize,
     /// Its place in the link, m.
     position: [f64; 3],
+    /// How that is known.
+    at: End,
+}
+
+/// How the end of a link is known.
+#[derive(Clone, Copy)]
+enum End {
+    /// From its visual shapes.
+    OfShapes,
+    /// From its mass and inertia.
+    OfRod,
 }
 
 impl Tool {
@@ -93,11 +104,15 @@ impl Tool {
 
     /// Its lines in a task file, after those of `[model]`.
     pub fn write(&self, text: &mut String) {
-        if let Some(Added { on, position, .. }) = &self.added {
+        if let Some(Added { on, position, at, .. }) = &self.added {
             let position = numbers(*position);
+            let end = match at {
+                End::OfShapes => "the link's shape ends",
+                End::OfRod => "a rod of the link's mass and inertia ends",
+            };
             let _ = write!(
                 text,
-                "\n# The robot file has no frame beyond the last joint: this one is where a rod of the link's mass and inertia ends.\n\
+                "\n# The robot file has no frame beyond the last joint: this one is where {end}.\n\
                  [model.frames.{}]\non = {on:?}\nposition = [{position}]             # m\n",
                 self.frame
             );
@@ -145,8 +160,9 @@ impl Tool {
         }
     }
 
-    /// A frame where the link of a body ends, if it is a rod of its mass and inertia; the link itself where that is at its
-    /// joint. The rod points to its centre of mass or, if that is a counterweight, away from the joint before.
+    /// A frame where the link of a body ends: its visual shapes or, if it has none, a rod of its mass and inertia; the link
+    /// itself where that is at its joint. The end is towards the centre of mass or, if that is a counterweight, away from the
+    /// joint before.
     fn beyond_mass(whole: &Planning, body: usize) -> Self {
         let (robot, bodies) = (&whole.robot, whole.tree.bodies());
         let link = bodies[body].joint + 1;
@@ -161,10 +177,13 @@ impl Tool {
             return Self::named(&on);
         }
         let along = towards.map(|entry| entry / size);
+        let primitives = &robot.links[link].primitives;
+        let shown = primitives.iter().map(|primitive| primitive.reach(along)).max_by(f64::total_cmp);
         let moment = inertia.moment;
         let turned: f64 = (0..3).map(|i| along[i] * dot(moment[i], along)).sum();
         let spread = (0.5 * (moment[0][0] + moment[1][1] + moment[2][2]) - turned).max(0.0) / inertia.mass;
-        let length = dot(inertia.center, along) + (3.0 * spread).sqrt();
+        let rod = dot(inertia.center, along) + (3.0 * spread).sqrt();
+        let (length, at) = shown.map_or((rod, End::OfRod), |shown| (shown, End::OfShapes));
         if length < SAME {
             return Self::named(&on);
         }
@@ -173,7 +192,7 @@ impl Tool {
         let taken = |name: &str| robot.frame(name).is_some() || robot.joints.iter().any(|joint| joint.name == name);
         let mut names = std::iter::once("tip".to_owned()).chain((2..).map(|number| format!("tip_{number}")));
         let frame = names.find(|name| !taken(name)).unwrap_or_default();
-        Self { frame, added: Some(Added { on, link, position }) }
+        Self { frame, added: Some(Added { on, link, position, at }) }
     }
 }
 

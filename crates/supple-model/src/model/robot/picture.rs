@@ -1,7 +1,7 @@
-//! How a robot is drawn: its meshes, and the line skeleton that replaces missing ones.
+//! How a robot is drawn: its meshes and other visual shapes, and the line skeleton of links without.
 
 use supple_robot::vector::{add, dot, scale, sub};
-use supple_robot::{Joint, JointKind, JointNumbers, Numbers};
+use supple_robot::{Joint, JointKind, JointNumbers, Link, Numbers};
 
 use super::{Point, Robot};
 use crate::model::bodies::Situation;
@@ -54,6 +54,17 @@ fn rail(joint: &Joint, numbers: &JointNumbers<f64>, radius: f64) -> Option<Shape
     is_drawn.then(|| Shape { guide: true, ..capsule(from, to, radius) })
 }
 
+/// Whether a link has a look of its own.
+fn is_seen(link: &Link) -> bool {
+    !(link.meshes.is_empty() && link.primitives.is_empty())
+}
+
+/// How long a solid is, m, up to a factor of the square root of 3.
+fn largest(solid: Solid) -> f64 {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    axes.into_iter().map(|axis| 2.0 * solid.reach(axis)).fold(0.0, f64::max)
+}
+
 impl Robot {
     /// Frames whose uncertainty is drawn: those of the compliance, and the end links of the robot, if they move.
     fn tracked(&self) -> Vec<usize> {
@@ -69,6 +80,26 @@ impl Robot {
         }
         frames.truncate(MOST_LANDMARKS);
         frames
+    }
+
+    /// What stands in for a link that has meshes, or no visual shapes; and the shapes, if it has any.
+    fn shapes(&self, at: &Point<f64>, (numbers, size): (&Numbers<f64>, f64), link: usize) -> Vec<Shape> {
+        let described = &self.bodies.robot.links[link];
+        let moves = self.bodies.tree.body_of(link).is_some();
+        let real = described.primitives.iter().map(|primitive| Shape {
+            real: true,
+            // A floor is much larger than the robot on it.
+            guide: !moves && largest(primitive.solid) > size,
+            ..Shape::placed(&primitive.pose, primitive.solid)
+        });
+        let mut shapes: Vec<Shape> = real.collect();
+        let links = &self.bodies.robot.links;
+        // The world is seen by what is in it.
+        let is_world = link == 0 && described.inertia.is_none() && links.iter().any(is_seen);
+        if !is_world && (shapes.is_empty() || !described.meshes.is_empty()) {
+            shapes.extend(self.skeleton(at, numbers, LINE * size, link));
+        }
+        shapes
     }
 
     /// The line skeleton of a link: lines from its joint to the next joints and to its frames, rails of prismatic joints
@@ -126,7 +157,7 @@ impl Robot {
         let size = size(&self.bodies.robot, &now.numbers);
         let bodies = self.bodies.robot.links.iter().enumerate().map(|(link, described)| PlacedBody {
             name: described.name.clone(),
-            shapes: self.skeleton(at, &now.numbers, LINE * size, link),
+            shapes: self.shapes(at, (&now.numbers, size), link),
             meshes: described.meshes.iter().map(mesh).collect(),
             pose: now.kinematics.poses()[link],
         });

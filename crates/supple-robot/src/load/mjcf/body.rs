@@ -115,7 +115,7 @@ impl<'a> Reader<'a, '_> {
             self.joints += 1;
             let link = if i + 1 < items.joints.len() {
                 let link = format!("{name}/{joint_name}");
-                self.parts.links.push(LinkPart { at, name: link.clone(), inertia: None, meshes: Vec::new() });
+                self.parts.links.push(LinkPart::empty(at, link.clone()));
                 link
             } else {
                 name.clone()
@@ -135,15 +135,16 @@ impl<'a> Reader<'a, '_> {
     fn finish(&mut self, at: Element<'a>, name: &str, items: &Items<'a>, world: Option<Pose>) -> Result<(), FileError> {
         let counts = world.is_none() || self.settings.total_mass.is_some();
         let inertia = if name == WORLD { None } else { self.inertia(at, items, counts)? };
-        let mut meshes = Vec::new();
+        let mut link = LinkPart { inertia, ..LinkPart::empty(at, name.to_owned()) };
         for &(geom, frame, class) in &items.geoms {
             check_attributes(geom, "geom", &mut self.parts.warnings);
-            meshes.extend(self.mesh(geom, &frame, class)?);
+            link.meshes.extend(self.mesh(geom, &frame, class)?);
+            link.primitives.extend(self.primitive(geom, &frame, class)?);
             if let Some(world) = world {
                 self.wall(geom, &world.compose(&frame), class)?;
             }
         }
-        self.parts.links.push(LinkPart { at, name: name.to_owned(), inertia, meshes });
+        self.parts.links.push(link);
         for &(site, frame, class) in &items.sites {
             check_attributes(site, "site", &mut self.parts.warnings);
             let values = self.classes.values(site, "site", class)?;

@@ -6,13 +6,16 @@ use std::f64::consts::PI;
 use supple_text::FileError;
 
 use super::super::sdf::check_position;
+use super::super::solids::drawn;
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::defaults::Values;
 use super::orientation::{between, pose};
 use super::reader::Reader;
-use crate::{Pose, Wall, WallShape};
+use crate::{Pose, Primitive, Solid as Drawn, Wall, WallShape};
 
+/// The last group of geoms that MuJoCo shows by default. Collision shapes are often in later groups.
+const LAST_SHOWN: f64 = 2.0;
 /// Default density, kg/m^3: that of water.
 const DENSITY: f64 = 1000.0;
 /// Words for a flag that is true or false.
@@ -123,6 +126,34 @@ impl<'a> Reader<'a, '_> {
         Ok((size, placed))
     }
 
+    /// The visual shape of a geom in `frame` of its body; `None` if it is a mesh or a plane, or does not show.
+    ///
+    /// # Errors
+    /// If its numbers are invalid.
+    pub(super) fn primitive(
+        &mut self,
+        at: Element<'a>,
+        frame: &Pose,
+        class: usize,
+    ) -> Result<Option<Primitive>, FileError> {
+        let values = self.classes.values(at, "geom", class)?;
+        let shape = values.choice("type", &SHAPES)?.unwrap_or(Shape::Sphere);
+        if matches!(shape, Shape::Plane | Shape::Mesh) || values.text("mesh").is_some() || !is_shown(&values)? {
+            return Ok(None);
+        }
+        let (size, placed) = self.placed(&values, shape)?;
+        let ([radius, half, _], whole) = (size, size.map(|half| 2.0 * half));
+        let solid = match shape {
+            Shape::Sphere => Drawn::Sphere { radius },
+            Shape::Capsule => Drawn::Capsule { radius, length: 2.0 * half },
+            Shape::Cylinder => Drawn::Cylinder { radius, length: 2.0 * half },
+            Shape::Ellipsoid => Drawn::Ellipsoid { radii: size },
+            Shape::Box | Shape::Plane | Shape::Mesh => Drawn::Box { size: whole },
+        };
+        let solid = drawn(at, Ok(Some(solid)), &mut self.parts.warnings);
+        Ok(solid.map(|solid| Primitive { solid, pose: frame.compose(&placed) }))
+    }
+
     /// Keeps a named plane or box as a wall; `world` is the pose of its body or frame, which does not move.
     ///
     /// # Errors
@@ -157,6 +188,16 @@ impl<'a> Reader<'a, '_> {
         }
         Ok(())
     }
+}
+
+/// Whether a viewer shows a geom: by its group, and its opacity.
+///
+/// # Errors
+/// If these are not valid.
+pub(super) fn is_shown(values: &Values) -> Result<bool, FileError> {
+    let hidden = values.number("group")?.unwrap_or(0.0) > LAST_SHOWN;
+    let clear = values.list("rgba")?.is_some_and(|rgba| rgba.get(3) == Some(&0.0));
+    Ok(!(hidden || clear))
 }
 
 /// # Errors

@@ -9,13 +9,12 @@ use super::super::meshes::mesh_path;
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::defaults::MAIN;
+use super::geom::is_shown;
 use super::known::check_attributes;
 use super::orientation::pose;
 use super::reader::Reader;
 use crate::{Mesh, Pose};
 
-/// The last group of geoms that MuJoCo shows by default. Collision shapes are often in later groups.
-const LAST_SHOWN: f64 = 2.0;
 /// Elements of `asset` that are known and not read.
 const IGNORED: [&str; 5] = ["hfield", "skin", "texture", "material", "model"];
 
@@ -62,7 +61,7 @@ impl<'a> Reader<'a, '_> {
         };
         let fitted = values.text("type").is_none_or(|shape| shape != "mesh");
         let Some(file) = asset.attribute("file").filter(|_| !fitted) else { return Ok(None) };
-        if values.number("group")?.unwrap_or(0.0) > LAST_SHOWN {
+        if !is_shown(&values)? {
             return Ok(None);
         }
         let placed = frame.compose(&pose(&values, self.settings)?);

@@ -5,11 +5,12 @@ use supple_text::FileError;
 use super::super::meshes::mesh_path;
 use super::super::moments::turned;
 use super::super::parts::LinkPart;
+use super::super::solids::drawn;
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::Reader;
 use super::values::{flag, number, pass_over, pose};
-use crate::{Inertia, Mesh, Pose};
+use crate::{Inertia, Mesh, Pose, Primitive, Solid};
 
 /// Elements of `link` that are read, or do not affect the dynamics.
 const LINK: [&str; 6] = ["pose", "inertial", "visual", "collision", "gravity", "kinematic"];
@@ -59,11 +60,12 @@ impl Reader<'_> {
                 (Inertia { mass: 1.0, center: [0.0; 3], moment }, at)
             }
         };
-        let mut meshes = Vec::new();
+        let name = at.required("name")?.to_owned();
+        let mut link = LinkPart { inertia: Some(inertia), ..LinkPart::empty(at, name) };
         for visual in at.all("visual") {
-            meshes.extend(self.mesh(visual, at)?);
+            self.visual(visual, &mut link)?;
         }
-        Ok(LinkPart { at, name: at.required("name")?.to_owned(), inertia: Some(inertia), meshes })
+        Ok(link)
     }
 
     /// Reads an `inertial`: moments are given about the centre of mass, in axes rotated by `pose`.
@@ -105,19 +107,52 @@ impl Reader<'_> {
         Ok(Inertia { mass: mass.unwrap_or(1.0), center: pose.position, moment: turned(pose.rotation, moment) })
     }
 
-    /// The mesh of a `visual`, where it has one.
-    fn mesh(&mut self, at: Element, link: Element) -> Result<Option<Mesh>, FileError> {
-        let Some(mesh) = at.child("geometry")?.map(|geometry| geometry.child("mesh")).transpose()?.flatten() else {
-            return Ok(None);
-        };
-        let (pose, relative_to) = pose(at, self.version, &mut self.warnings)?;
-        if relative_to.is_some_and(|reference| Some(reference.name.as_str()) != link.attribute("name")) {
-            self.warnings.note("visual", at, || "its mesh is ignored: its pose is not relative to its link".to_owned());
-            return Ok(None);
+    /// Adds the shape of a `visual`.
+    fn visual(&mut self, at: Element, link: &mut LinkPart) -> Result<(), FileError> {
+        let Some(geometry) = at.child("geometry")? else { return Ok(()) };
+        let mesh = geometry.child("mesh")?;
+        let shape = geometry.children().find(|shape| is_solid(shape.tag()));
+        if mesh.is_none() && shape.is_none() {
+            return Ok(());
         }
+        let (pose, relative_to) = pose(at, self.version, &mut self.warnings)?;
+        if relative_to.is_some_and(|reference| reference.name != link.name) {
+            self.warnings.note("visual", at, || "it is not drawn: its pose is not relative to its link".to_owned());
+            return Ok(());
+        }
+        if let Some(mesh) = mesh {
+            link.meshes.extend(self.mesh(mesh, pose)?);
+        } else if let Some(shape) = shape {
+            let solid = drawn(shape, solid(shape), &mut self.warnings);
+            link.primitives.extend(solid.map(|solid| Primitive { solid, pose }));
+        }
+        Ok(())
+    }
+
+    /// A mesh at a pose; `None` and a warning if it cannot be used.
+    fn mesh(&mut self, mesh: Element, pose: Pose) -> Result<Option<Mesh>, FileError> {
         let scale = mesh.child("scale")?.map(Element::content_numbers).transpose()?.unwrap_or([1.0; 3]);
         let uri = mesh.required_child("uri")?;
         let path = mesh_path(uri, &uri.content()?, self.options, self.folder, &mut self.warnings);
         Ok(path.map(|path| Mesh { path, pose, scale }))
     }
+}
+
+/// Whether a shape of a `geometry` needs no mesh and has an end.
+fn is_solid(tag: &str) -> bool {
+    matches!(tag, "box" | "sphere" | "cylinder" | "capsule" | "ellipsoid")
+}
+
+/// A shape of a `geometry` that is no mesh; `None` if it is none of those known.
+fn solid(at: Element) -> Result<Option<Solid>, FileError> {
+    let length = |tag| at.required_child(tag)?.content_number();
+    let lengths = |tag| at.required_child(tag)?.content_numbers();
+    Ok(Some(match at.tag() {
+        "box" => Solid::Box { size: lengths("size")? },
+        "sphere" => Solid::Sphere { radius: length("radius")? },
+        "cylinder" => Solid::Cylinder { radius: length("radius")?, length: length("length")? },
+        "capsule" => Solid::Capsule { radius: length("radius")?, length: length("length")? },
+        "ellipsoid" => Solid::Ellipsoid { radii: lengths("radii")? },
+        _ => return Ok(None),
+    }))
 }

@@ -239,7 +239,7 @@ impl Reader<'_> {
             joint.own.origin = in_world(root);
             parts.joints.push(joint);
         }
-        parts.links.insert(0, LinkPart { at: model, name: world.to_owned(), inertia: None, meshes: Vec::new() });
+        parts.links.insert(0, LinkPart::empty(model, world.to_owned()));
         Ok(())
     }
 }
