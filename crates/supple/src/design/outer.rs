@@ -4,6 +4,7 @@ use super::entries::{Entry, Units, constraints, has_auxiliary, objective};
 use super::search::Search;
 use super::visited::Visit;
 use crate::Error;
+use crate::continuation::largest_difference;
 
 /// An optimiser of designs. It only accesses an [`OuterProblem`].
 ///
@@ -127,9 +128,25 @@ pub struct OuterProblem<'s, 'a, 'b> {
     /// Number of evaluations before the last point was requested.
     known: usize,
     failures: Failures,
+    /// Points close to the best one that are no better; `None` if the optimiser's last point is its result.
+    close: Option<Close>,
     /// Whether the evaluation of a point was stopped.
     stopped: bool,
 }
+
+/// Points in a row that were close to the best one, and no better.
+struct Close {
+    best: Visit,
+    count: usize,
+}
+
+/// Points in scaled coordinates are close up to this distance.
+const CLOSE: f64 = 1e-7;
+/// What is better by less than this share is no better.
+const BETTER: f64 = 1e-10;
+/// After so many points in a row that are close and no better, there is nothing to find. Line searches of optimisers that
+/// cannot meet their constraints would shrink their steps down to rounding.
+const MOST_CLOSE: usize = 4;
 
 /// Points that could not be evaluated, since the last one that could.
 struct Failures {
@@ -151,6 +168,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         let has_auxiliary = has_auxiliary(aim);
         let known = search.evaluations;
         let failures = Failures { last: None, count: 0, most: if optimiser.steps_back() { FAILURES } else { 1 } };
+        let close = (!optimiser.keeps_last()).then(|| Close { best: first.clone(), count: 0 });
         Self {
             search,
             units,
@@ -160,6 +178,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
             has_auxiliary,
             known,
             failures,
+            close,
             stopped: false,
             radius: f64::INFINITY,
         }
@@ -230,7 +249,18 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         match (self.failures.count >= self.failures.most, self.stopped || self.search.control.is_stopped()) {
             (true, _) => Some(Ending::Stalled),
             (false, true) => Some(Ending::Stopped),
-            (false, false) => None,
+            (false, false) => self.close.as_ref().filter(|close| close.count >= MOST_CLOSE).map(|_| Ending::Converged),
+        }
+    }
+
+    /// Notes how a new point compares with the best one.
+    fn compare(&mut self, visit: &Visit) {
+        let Some(Close { best, count }) = &mut self.close else { return };
+        let ((missed, value), (best_missed, least)) = (self.search.merit(visit), self.search.merit(best));
+        let is_better = (missed, value) < (best_missed, least - BETTER * least.abs());
+        *count = if !is_better && largest_difference(&visit.scaled, &best.scaled) <= CLOSE { *count + 1 } else { 0 };
+        if (missed, value) < (best_missed, least) {
+            *best = visit.clone();
         }
     }
 
@@ -259,6 +289,9 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
             match self.search.visit(&scaled) {
                 Ok(visit) => {
                     (self.failures.last, self.failures.count) = (None, 0);
+                    if self.is_new() {
+                        self.compare(&visit);
+                    }
                     return Some(visit);
                 }
                 Err(Error::Stopped) => self.stopped = true,

@@ -3,7 +3,7 @@
 use crate::common::{shipped, shipped_with};
 use nalgebra::{DMatrix, DVector};
 use supple::check::check;
-use supple::design::{Control, DesignSettings, DesignStatus, design};
+use supple::design::{Aim, Control, DesignSettings, DesignStatus, Searcher, design};
 use supple::pipeline::TaskState;
 use supple::plan::{PlanSettings, PlanStatus};
 use supple::{EvaluateOptions, Problem, TaskEvaluation};
@@ -298,6 +298,22 @@ fn a_design_within_a_limit_of_speed_meets_limit_and_bound() {
     assert!(task.limits_violated.is_empty() && !task.limits_reached.is_empty());
     let rest = problem.evaluate(&phi, &EvaluateOptions::default()).unwrap();
     assert!(at.objective.information_bits < rest.objective.information_bits);
+}
+
+/// A start that no step brings closer to its limits is not left by ever smaller ones.
+#[test]
+fn a_start_that_misses_its_limit_the_least_takes_few_designs() {
+    let mut problem = shipped_with("two_mass.toml", &kept(LIMITS[0].1));
+    let settings = DesignSettings { starts: 1, rounds: 1, ..problem.design.clone() };
+    let least = Searcher::new(&problem, &settings, Aim::Cost, Control::default());
+    let least = least.search(&problem.parameters.initial()).unwrap();
+    let best = least.found().clone();
+    problem.tasks[0].bound = Some((0.999 * best.costs[0]).into());
+    let searcher = Searcher::new(&problem, &settings, Aim::default(), Control::default());
+    let found = searcher.search_from(&best.to, &best.controls, 0).unwrap();
+    assert_eq!(found.status, DesignStatus::BoundViolated);
+    assert!(found.evaluations < 60, "{}", found.evaluations);
+    assert!((found.costs[0] / best.costs[0] - 1.0).abs() < 1e-6);
 }
 
 /// They are bounds, which the control law keeps too; their price is that of any limit.
