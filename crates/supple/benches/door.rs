@@ -9,13 +9,16 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use supple::Linearise;
 use supple::design::{Control, DesignSettings, design};
 use supple::gradient::Functional;
-use supple::lqg::{Belief, kalman};
-use supple::lqg::{Information, information};
-use supple::lqg::{Policy, Regularisation, solve_riccati};
+use supple::lqg::{Belief, Information, Policy, information, kalman};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::system::{Curvature, RollOut};
 use supple::{EvaluateOptions, Level, Problem, Scratch};
+
+#[path = "common/sweep.rs"]
+mod sweep;
+
+use sweep::sweep;
 
 fn file() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/iiwa_door.toml")
@@ -47,7 +50,7 @@ fn integrators(c: &mut Criterion) {
             b.iter(|| {
                 let at = black_box(&trajectory).points();
                 knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
-                solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+                sweep(&knots, &mut policy);
                 system.roll_out(
                     RollOut::Law { reference: &trajectory, policy: &policy, step: 1.0, bounds: None },
                     &phi,
@@ -85,9 +88,7 @@ fn parts(c: &mut Criterion) {
             });
         });
         group.bench_function("riccati", |b| {
-            b.iter(|| {
-                solve_riccati(&knots.dynamics, black_box(&knots.cost), Regularisation::default(), &mut policy).unwrap()
-            });
+            b.iter(|| sweep(black_box(&knots), &mut policy));
         });
         group.bench_function("rollout", |b| {
             b.iter(|| {
@@ -103,7 +104,7 @@ fn parts(c: &mut Criterion) {
             b.iter(|| {
                 let at = black_box(&trajectory).points();
                 knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
-                solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+                sweep(&knots, &mut policy);
                 system.roll_out(
                     RollOut::Law { reference: &trajectory, policy: &policy, step: 1.0, bounds: None },
                     &phi,

@@ -9,17 +9,20 @@ use std::hint::black_box;
 
 use supple::gradient::Functional;
 use supple::lqg::{
-    Belief, BeliefAdjoint, BeliefSeeds, Information, KnotAdjoints, Noise, Policy, Regularisation, RiccatiAdjoint,
-    RiccatiSeeds, control_information, information, kalman, reverse_kalman, reverse_riccati, solve_riccati,
+    Belief, BeliefAdjoint, BeliefSeeds, Information, KnotAdjoints, Noise, Policy, RiccatiAdjoint, RiccatiSeeds,
+    control_information, information, kalman, reverse_kalman, reverse_riccati,
 };
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::system::{Adjoints, Curvature, RollOut, Variation};
 use supple::{EvaluateOptions, Linearise, Matrices, Scratch, Task};
 
+#[path = "common/sweep.rs"]
+mod sweep;
 #[path = "../../supple-lqg/benches/common/timing.rs"]
 mod timing;
 
+use sweep::sweep;
 use timing::times;
 
 /// Runs work again and again, and prints the least and the median time of a run, ms.
@@ -98,8 +101,7 @@ fn main() {
             knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
         });
         time("riccati", seconds, || {
-            let cost = black_box(&knots.cost);
-            solve_riccati(&knots.dynamics, cost, Regularisation::default(), &mut policy).unwrap();
+            sweep(black_box(&knots), &mut policy);
         });
         time("rollout", seconds, || {
             system.roll_out(
@@ -112,7 +114,7 @@ fn main() {
         time("iteration", seconds, || {
             let at = black_box(&trajectory).points();
             knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
-            solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+            sweep(&knots, &mut policy);
             system.roll_out(
                 RollOut::Law { reference: &trajectory, policy: &policy, step: 1.0, bounds: None },
                 &phi,

@@ -9,15 +9,18 @@ use std::path::Path;
 use criterion::{Criterion, criterion_group, criterion_main};
 use supple::Linearise;
 use supple::design::{Control, DesignSettings, design};
-use supple::lqg::KnotAdjoints;
-use supple::lqg::Noise;
-use supple::lqg::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
-use supple::lqg::{Information, information};
-use supple::lqg::{Policy, Regularisation, solve_riccati};
+use supple::lqg::{
+    Belief, BeliefAdjoint, BeliefSeeds, Information, KnotAdjoints, Noise, Policy, information, kalman, reverse_kalman,
+};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::system::{Adjoints, Curvature, RollOut};
 use supple::{EvaluateOptions, Level, Problem, Scratch, Trajectory};
+
+#[path = "common/sweep.rs"]
+mod sweep;
+
+use sweep::sweep;
 
 fn load(name: &str) -> Problem {
     supple_file::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
@@ -42,9 +45,7 @@ fn iteration(c: &mut Criterion) {
         });
     });
     group.bench_function("riccati", |b| {
-        b.iter(|| {
-            solve_riccati(&knots.dynamics, black_box(&knots.cost), Regularisation::default(), &mut policy).unwrap()
-        });
+        b.iter(|| sweep(black_box(&knots), &mut policy));
     });
     group.bench_function("rollout", |b| {
         b.iter(|| {
@@ -59,7 +60,7 @@ fn iteration(c: &mut Criterion) {
     group.bench_function("ilqg_iteration", |b| {
         b.iter(|| {
             knots.linearise_plan(system, black_box(trajectory).points(), &phi, Curvature::GaussNewton, &mut scratch);
-            solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+            sweep(&knots, &mut policy);
             system.roll_out(
                 RollOut::Law { reference: trajectory, policy: &policy, step: 1.0, bounds: None },
                 &phi,

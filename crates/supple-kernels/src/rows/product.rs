@@ -367,6 +367,19 @@ impl Work {
                         self.block::<L, TRANSPOSED, 8, C>(row, column);
                         row += 8;
                     }
+                    // A block takes as long as its sums depend on one another, however few rows it has.
+                    5 if L::WIDE => {
+                        self.block::<L, TRANSPOSED, 5, C>(row, column);
+                        row += 5;
+                    }
+                    6 if L::WIDE => {
+                        self.block::<L, TRANSPOSED, 6, C>(row, column);
+                        row += 6;
+                    }
+                    7 if L::WIDE => {
+                        self.block::<L, TRANSPOSED, 7, C>(row, column);
+                        row += 7;
+                    }
                     _ => {
                         self.block::<L, TRANSPOSED, 4, C>(row, column);
                         row += 4;
