@@ -140,7 +140,8 @@ class Task:
             needed: Whether to compute the minimum information over all sensors and controllers at the task's cost limit.
             rollouts: Closed-loop roll-outs with an extended Kalman filter; default: as set in the task: 256, fewer with
                 more than 32 states, or none for models whose functions are in Python.
-            branches: Attempts to find a plan of lower cost among other local minima.
+            branches: Attempts to find a plan of lower cost among other local minima. Without them, two attempts warn of a plan
+                that costs 1 % less.
             seed: Seed of roll-outs and attempts.
             trajectories: Whether to keep the trajectories.
             at: Values of parameters.

@@ -51,6 +51,7 @@ pub fn run(task: &LoadedTask, options: &EvaluateOptions, watch: Watch) -> Result
         needed,
         rollouts,
         branches,
+        probe: true,
         seed,
         trajectories,
         ..Default::default()

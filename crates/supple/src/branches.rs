@@ -10,7 +10,7 @@ use crate::Error;
 use crate::continuation::{Failed, Neighbour, Scaling, continue_plan};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
-use crate::plan::{Asked, Patience, Plan};
+use crate::plan::{Asked, Patience, Plan, PlanMode};
 use crate::problem::{Problem, Task};
 
 /// Factors by which a constant first guess is scaled when searching for the plan of least cost.
@@ -301,6 +301,33 @@ pub fn cheapest_of(
 pub(crate) fn cost_of_branch(state: &TaskState) -> f64 {
     if state.plan.status.is_converged() { state.cost.expected() } else { f64::INFINITY }
 }
+
+/// The expected cost of a local minimum that is cheaper than the plan by more than a small share, if a few attempts find one
+/// in less time than the plan took, about. `None` for plans that take long.
+pub(crate) fn cheaper_minimum(
+    problem: &Problem,
+    task: &Task,
+    phi: &[f64],
+    seed: u64,
+    state: &TaskState,
+) -> Option<f64> {
+    let plan = &state.plan;
+    let size = task.system.dimensions().joint();
+    let takes_long = task.steps.saturating_mul(size * size).saturating_mul(plan.iterations) > MOST_PROBED;
+    let cost = cost_of_branch(state);
+    if takes_long || plan.mode != PlanMode::Nominal || !cost.is_finite() {
+        return None;
+    }
+    let search = BranchSearch { seed, attempts: PROBES, effort: plan.iterations, stop: &|| false };
+    let found = search_branches(problem, task, phi, (&plan.trajectory.controls, cost), search);
+    (found.cost < cost - WORTH * cost.abs()).then_some(found.cost)
+}
+
+/// Attempts to find a minimum that is cheaper by more than this share, for plans whose iterations, steps and squared numbers
+/// of states and controls multiply to no more than this.
+const PROBES: usize = 2;
+const WORTH: f64 = 1e-2;
+const MOST_PROBED: usize = 25_000_000;
 
 /// Options of a branch search.
 #[derive(Clone, Copy)]

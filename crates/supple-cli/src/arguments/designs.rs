@@ -70,7 +70,8 @@ pub struct EvaluateOptions {
     /// or 256, or fewer with more than 32 states]
     #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
     pub rollouts: Option<usize>,
-    /// Attempts to find a cheaper plan at another local minimum
+    /// Attempts to find a cheaper plan at another local minimum; without them, two attempts warn of a plan that costs 1 %
+    /// less
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
     pub branches: usize,
     /// Seed of roll-outs and branch searches

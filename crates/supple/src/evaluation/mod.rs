@@ -8,7 +8,7 @@ use supple_model::{ContactReport, PriceReport};
 
 use crate::Error;
 use crate::aims::weighted_information;
-use crate::branches::{Attempts, plan_at};
+use crate::branches::{Attempts, cheaper_minimum, plan_at};
 use crate::feasibility::meets;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::growth::stability;
@@ -37,6 +37,7 @@ pub use reached::LimitReached;
 use reached::limits_reached;
 pub use report::*;
 pub use sensing::MeasurementReport;
+use trouble::cheaper_warning;
 pub use trouble::{number_warnings, plan_warnings};
 use trust::Predicted;
 pub use trust::{Trust, Verdict};
@@ -59,6 +60,8 @@ pub struct EvaluateOptions {
     pub seed: u64,
     /// Attempts to find a plan of lower cost on another branch, by continuation from nearby designs.
     pub branches: usize,
+    /// Whether a few attempts look for such a plan where `branches` asks for none, and warn of it; the plan stays as it is.
+    pub probe: bool,
     /// Controls to start each task's plan from, instead of its first guess.
     pub controls: Option<Vec<Matrices>>,
     /// Whether to keep the trajectories.
@@ -132,6 +135,11 @@ fn evaluate_task(
     let branches = plan_at(problem, task, phi, controls, attempts, state)?;
     // An interrupted plan is not a result.
     Error::check_stop()?;
+    let cheaper = (options.probe && options.branches == 0)
+        .then(|| cheaper_minimum(problem, task, phi, options.seed, state))
+        .flatten()
+        .map(|cost| cheaper_warning(task, cost, state.cost.expected()));
+    Error::check_stop()?;
     let monte_carlo = sampled(task.at(phi), options, state)?;
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let known = &*state;
@@ -175,7 +183,7 @@ fn evaluate_task(
         branches,
         limits_violated: violations(task.at(phi), state),
         limits_reached: limits_reached(task, phi, &state.plan),
-        warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), law_remark),
+        warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [cheaper, law_remark]),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
@@ -215,7 +223,7 @@ fn warnings(
     state: &TaskState,
     contacts: &[ContactReport],
     sampled: Option<&MonteCarlo>,
-    law_remark: Option<String>,
+    others: [Option<String>; 2],
 ) -> Vec<String> {
     // A plan that is indefinite as noise would lower its cost has a law, and says so itself.
     let of_plan = if state.lowered().is_some() { Vec::new() } else { plan_warnings(task, phi, &state.plan) };
@@ -224,7 +232,7 @@ fn warnings(
         of_plan,
         contact_warnings(task, phi, contacts),
         number_warnings(task, state, sampled),
-        law_remark.into_iter().collect(),
+        others.into_iter().flatten().collect(),
     ]
     .concat()
 }

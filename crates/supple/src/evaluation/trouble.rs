@@ -53,6 +53,17 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     warnings
 }
 
+/// That another local minimum was found which costs less.
+pub(super) fn cheaper_warning(task: &Task, found: f64, cost: f64) -> String {
+    format!(
+        "task `{}`: another plan costs {}, less than this one's {}. Look for the cheapest with more `branches`, or start from another \
+         `initial_control`",
+        task.name,
+        short(found, 6),
+        short(cost, 6),
+    )
+}
+
 /// Why the numbers of a task are unusable: information or a part of the expected cost is not finite, or roll-outs
 /// diverged.
 ///

@@ -221,3 +221,30 @@ fn verdicts_of_many_tasks() {
     let (same, all, _) = confirmed(200, 20_000);
     assert!(same as f64 >= 0.9 * all as f64, "{same} of {all}");
 }
+
+/// Where a few attempts find a plan that costs much less, an evaluation says so, without a change of its own numbers; and the
+/// search that it advises finds one that costs no more than what it said.
+#[test]
+fn cheaper_plans_are_told() {
+    let (mut told, mut tried) = (0, 0);
+    for number in 0..40 {
+        let problem = random_task(number);
+        let phi = problem.parameters.initial();
+        let at = |branches: usize, probe: bool| {
+            problem.evaluate(&phi, &EvaluateOptions { branches, probe, ..Default::default() }).ok()
+        };
+        let (Some(plain), Some(probed)) = (at(0, false), at(0, true)) else { continue };
+        let (plain, probed) = (&plain.tasks[0], &probed.tasks[0]);
+        assert_eq!(plain.cost.expected, probed.cost.expected, "{number}");
+        let said = probed.warnings.iter().find_map(|text| text.split_once("another plan costs ").map(|(_, rest)| rest));
+        assert!(!plain.warnings.iter().any(|text| text.contains("another plan costs")));
+        tried += 1;
+        let Some(said) = said else { continue };
+        told += 1;
+        let cost: f64 = said.split(',').next().unwrap().parse().unwrap();
+        let best = &at(10, true).unwrap().tasks[0];
+        assert!(cost < 0.99 * plain.cost.expected && best.cost.expected <= cost * (1.0 + 1e-5), "{number}: {said}");
+        assert!(!best.warnings.iter().any(|text| text.contains("another plan costs")));
+    }
+    assert!(tried > 30 && told > 2, "{told} of {tried}");
+}

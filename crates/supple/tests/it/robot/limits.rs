@@ -3,7 +3,7 @@
 use supple::{Channels, Dimensions, EvaluateOptions, Limit, LimitViolation, Problem, Trajectory, limits_violated};
 
 use crate::common::reference::assert_near;
-use crate::common::{numbers, shipped};
+use crate::common::{numbers, repository, shipped};
 use crate::robot::arm::arm;
 
 const SIZE: Dimensions = Dimensions { states: 2, controls: 1, measurements: 0 };
@@ -81,6 +81,19 @@ fn json_names_what_is_violated() {
     assert_eq!(entry["limit"], 0.3);
     assert!(entry["worst"].as_f64().unwrap() >= 0.31 && entry["step"].is_u64(), "{entry}");
     assert!(entry["steps"].as_u64().unwrap() >= 1, "{entry}");
+}
+
+#[test]
+fn gravity_in_millimetres_is_doubted() {
+    let path = repository("tasks").join("peg_on_wall.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let with = |gravity: &str| {
+        let text = text.replace("gravity = [0.0, 0.0, 0.0]", &format!("gravity = {gravity}"));
+        supple_file::parse(&text, path.to_str().unwrap()).unwrap().warnings
+    };
+    let [warning] = &with("[0.0, 0.0, -9810.0]")[..] else { panic!("one warning") };
+    assert!(warning.ends_with("model.gravity: is 9810 m/s^2, more than on any planet; lengths are in m"), "{warning}");
+    assert_eq!(with("[0.0, 0.0, -25.0]"), [""; 0]);
 }
 
 #[test]

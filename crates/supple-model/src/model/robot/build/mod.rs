@@ -56,6 +56,9 @@ fn too_large(joints: usize) -> Option<String> {
     })
 }
 
+/// Gravity above this seems to be in other units, m/s^2.
+const MOST_GRAVITY: f64 = 100.0;
+
 /// Reads `[model]` of kind `robot`.
 pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
     let &Source { document, parameters, folder, kinds } = source;
@@ -138,6 +141,7 @@ impl Build<'_> {
         let drives = self.drives(file.actuated, file.file_actuators, file.drives, &compliance)?;
         let gravity =
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
+        self.doubt_gravity(gravity, file.gravity.is_some());
         let mut robot = Robot {
             file: self.path.clone(),
             bodies: Bodies {
@@ -169,6 +173,23 @@ impl Build<'_> {
             }
         }
         Ok(robot)
+    }
+
+    /// Warns of gravity, given in the task or by the robot's file, that seems to be in other units than m/s^2.
+    fn doubt_gravity(&mut self, gravity: [Value; 3], in_task: bool) {
+        let phi = self.parameters.initial();
+        let size =
+            gravity.map(|entry| entry.resolve::<f64>(&phi)).iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+        if size <= MOST_GRAVITY {
+            return;
+        }
+        let message = format!("is {} m/s^2, more than on any planet; lengths are in m", digits(size));
+        let warning = match in_task {
+            true => self.error(&["gravity".into()], message).to_string(),
+            false => format!("{}: gravity {message}", self.path.display()),
+        };
+        self.robot.warnings.push(warning.clone());
+        self.robot.every_warning.push(warning);
     }
 
     /// Checks that every joint moves something that has inertia.
