@@ -32,7 +32,8 @@ pub enum Error {
     },
     /// An expected cost that no controller reaches.
     #[error(
-        "no finite information achieves an expected cost of {cost:?}: with the state known exactly the least cost is {least:?}; choose a larger cost"
+        "no finite information achieves an expected cost of {}: with the state known exactly the least cost is {}; choose a larger cost",
+        rounded(*cost), rounded(*least)
     )]
     CostBelowLeast {
         /// The cost asked for.
@@ -107,7 +108,8 @@ pub enum Error {
     },
     /// No set of sensors within the limits is good enough.
     #[error(
-        "no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}"
+        "no set of sensors within the limits has an expected cost of at most {}; with all of them it is {}",
+        rounded(*bound), rounded(*least)
     )]
     NoSensorsSuffice {
         /// The bound on the expected cost.
@@ -117,11 +119,17 @@ pub enum Error {
     },
     /// No set of sensors that is good enough was found.
     #[error(
-        "no set of sensors within the limits with an expected cost of at most {bound} was found, which does not prove that \
-         there is none: ask for the method `exhaustive`, or loosen the limits"
+        "no set of sensors within the limits with an expected cost of at most {} was found, which does not prove that \
+         there is none: ask for the method `exhaustive`, or loosen the limits",
+        rounded(*bound)
     )]
     NoSensorsFound {
         /// The bound on the expected cost.
         bound: f64,
     },
+}
+
+/// To six digits, as costs are shown.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.5e}").parse().unwrap_or(number)
 }

@@ -98,6 +98,7 @@ pub use stop::Stop;
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch, halt, math};
 pub use supple_lqg as lqg;
 pub use supple_lqg::{CostParts, Dimensions, cost_parts};
+pub use supple_model::model::Robot as RobotModel;
 pub use supple_model::{
     CENTER_OF_MASS, Channel, Channels, Contact, ContactReport, ContactState, Drive, EFFORT, FRAME_SIGNALS, FileError,
     FileSensor, Instruction, Kinds, Limit, LimitViolation, Limited, Linear, Model, NEGLIGIBLE_FORCE, Named, Names,

@@ -230,7 +230,8 @@ def conclude(
         if limit is not None and _exceeds(limit, cost, plant):
             low, high = plant.cost_interval_95
             share = plant.cost_mean / limit - 1.0
-            words += f"; its cost there, {low:.4g} to {high:.4g}, is above the limit of {limit:.4g}, by {share:.1%}"
+            words = words.replace("holds on MuJoCo", "moves on MuJoCo", 1)
+            words += f"; but its cost there, {low:.4g} to {high:.4g}, is above the limit of {limit:.4g}, by {share:.1%}"
         return Conclusion(words + _beyond(left), False)
     alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > ASTRAY)
     alike = alike or own.cost_mean - cost > max(DEARER * abs(cost), DEARER * dearer)

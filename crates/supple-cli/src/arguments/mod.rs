@@ -214,7 +214,7 @@ pub struct TaskArguments {
     pub task: PathBuf,
     /// Start at the design in the folder of a result of `design` (the optimum) or `evaluate`, instead of initial values
     ///
-    /// Parameters of the task that the result does not have keep their initial values; --set has the last word.
+    /// Parameters of the task that the result does not have keep their initial values; --set overrides them.
     #[arg(long, value_name = "DIR")]
     pub from: Option<PathBuf>,
     /// Set a parameter; may be repeated, and the last value of a parameter holds

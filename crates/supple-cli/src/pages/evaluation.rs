@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use supple::plan::PlanStatus;
 use supple::simulate::{LimitShare, MonteCarlo};
 use supple::system::Curvature;
 use supple::{Evaluation, LimitReached, LimitViolation, TaskEvaluation};
@@ -190,6 +191,9 @@ pub(super) fn bound_note(at: &Evaluation, task: &TaskEvaluation) -> String {
     match (at.missed_bound(task), task.cost.bound) {
         (Some(bound), _) => {
             format!("exceeds the cost limit {} by {}", number(bound), excess(task.cost.expected, bound))
+        }
+        (None, Some(_)) if task.status == PlanStatus::Indefinite => {
+            format!("not valid: the plan ended as {}", task.status)
         }
         (None, Some(bound)) if !task.status.is_converged() => {
             format!("below the cost limit {}, but the plan ended as {}", number(bound), task.status)

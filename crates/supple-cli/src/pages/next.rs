@@ -209,7 +209,7 @@ fn of_motion(task: &TaskEvaluation) -> Option<String> {
     let is_wanted = |name: &str| task.warnings.iter().any(|text| text.contains(&format!("`{name}`")));
     if let Some(contact) = task.contacts.iter().find(|contact| !contact.touches && is_wanted(&contact.name)) {
         return Some(format!(
-            "start closer to `{}`: the plan of {name} misses it by {} m; or raise the weight of its force",
+            "start closer to `{}`, or move it closer: the plan of {name} misses it by {} m; or raise the weight of its force",
             contact.name,
             number(contact.least_clearance_m)
         ));

@@ -64,10 +64,10 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     let count = |wanted: &dyn Fn(&ParetoPoint) -> bool| front.points.iter().filter(|point| wanted(point)).count();
     let _ = writeln!(
         page,
-        "\nAt each point, all cost limits are the limits in the task file times the factor. {} of {} points are local optima; {} starts, seed {}.",
+        "\nAt each point, all cost limits are the limits in the task file times the factor. {} of {} points are local optima; {}, seed {}.",
         count(&|point| point.status == DesignStatus::Converged),
         front.points.len(),
-        front.options.starts,
+        supple_text::count(front.options.starts, "start"),
         front.options.seed
     );
     page

@@ -7,7 +7,7 @@ use supple_study::AboutTask;
 use supple_study::design::DesignReport;
 use supple_text::{capitalised, saves};
 
-use super::Context;
+use super::context::Context;
 use super::headlines::{Headline, headlines};
 use super::warnings::{limits, limits_in_rollouts, warnings};
 use crate::html::{heading, table, with_code, words};

@@ -5,7 +5,7 @@ use serde_json::json;
 use supple::bound::TaskBound;
 use supple_study::bound::{Curve, CurvePoint};
 
-use super::Context;
+use super::context::Context;
 use crate::html::{table, words};
 use crate::numbers::{number, with_unit};
 use crate::plots::{Plot, Plots, line};

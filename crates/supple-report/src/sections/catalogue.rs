@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use supple_study::design::CatalogueReport;
 
-use super::Context;
+use super::context::Context;
 use crate::html::{table, words};
 use crate::numbers::number;
 

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use supple::ContactReport;
 
-use super::Context;
+use super::context::Context;
 use super::series::titled;
 use crate::html::{table, words};
 use crate::numbers::{number, with_unit};

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use serde_json::{Value, json};
 
-use super::Context;
+use super::context::Context;
 use super::series::{Run, line, runs, time, titled};
 use crate::arrays::thinned;
 use crate::html::{table, words};

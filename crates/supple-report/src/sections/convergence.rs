@@ -6,7 +6,7 @@ use supple::design::DesignStatus;
 use supple_study::design::{DesignReport, StartReport};
 use supple_study::trace::{Trace, TraceRun};
 
-use super::Context;
+use super::context::Context;
 use crate::html::{table, words};
 use crate::numbers::{bits, number};
 use crate::part::Part;

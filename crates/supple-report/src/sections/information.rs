@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use serde_json::Value;
 use supple::MeasurementReport;
 
-use super::Context;
+use super::context::Context;
 use super::series::{Run, curve, line, runs, sum, sums, time, titled};
 use crate::html::{table, words};
 use crate::numbers::{bits, number};

@@ -6,7 +6,7 @@ use supple::Named;
 use supple::parameters::Scale;
 use supple_study::sweep::{Axis, Sweep};
 
-use super::Context;
+use super::context::Context;
 use super::convergence::kind;
 use super::level_lines::level_line;
 use super::pareto::{CROSSES, marker};

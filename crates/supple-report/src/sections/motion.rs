@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 use supple::scene::Scene;
 
-use super::Context;
 use super::contacts::in_words;
+use super::context::Context;
 use super::series::{runs, titled};
 use crate::scene;
 

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use supple_study::OWN_MODEL;
 use supple_study::study::Study;
 
-use super::Context;
+use super::context::Context;
 use crate::html::{table, words};
 
 /// Bytes of a file up to which its text is in the page.

@@ -6,7 +6,7 @@ use supple::design::DesignStatus;
 use supple::parameters::Scale;
 use supple_study::pareto::{Pareto, ParetoPoint, RangeEnd, Remark};
 
-use super::Context;
+use super::context::Context;
 use crate::html::{table, words};
 use crate::numbers::{bits, labelled, number, unit};
 use crate::part::Part;

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use supple::TrajectoryReport;
 use supple::scene::{ConnectionKind, Scene};
 
-use super::Context;
+use super::context::Context;
 use super::series::{Run, curve, line, runs, time, titled, upright};
 use crate::numbers::{labelled, number};
 use crate::part::Part;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use supple::parameters::Scale;
 use supple_study::robustness::{Comparison, PlannedFor, RobustCell, Robustness};
 
-use super::Context;
+use super::context::Context;
 use super::series::titled;
 use crate::html::{table, words};
 use crate::numbers::{labelled, number, with_unit};

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use supple::{Named, TotalReport};
 use supple_text::capitalised;
 
-use super::Context;
+use super::context::Context;
 use super::series::titled;
 use crate::html::{table, words};
 use crate::numbers::{bits, labelled, number, signed};

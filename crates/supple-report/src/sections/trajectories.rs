@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use maud::{Markup, html};
 use serde_json::{Value, json};
 
-use super::Context;
+use super::context::Context;
 use super::series::{Run, column, line, runs, time, titled, upright};
 use crate::numbers::{labelled, number};
 use crate::part::Part;

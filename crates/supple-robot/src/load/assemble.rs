@@ -5,9 +5,9 @@ use std::collections::BinaryHeap;
 
 use supple_text::FileError;
 
-use super::LoadOptions;
 use super::mimic::follow;
 use super::names::Names;
+use super::options::LoadOptions;
 use super::parts::{Ends, FramePart, JointPart, LinkPart, Parts};
 use super::physics::{check_joint, check_link, warn_of_massless, without_zeros};
 use super::warnings::Sentences;

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use super::LoadOptions;
+use super::options::LoadOptions;
 use super::warnings::Warnings;
 use super::words::shown;
 use super::xml::Element;

@@ -7,6 +7,7 @@ mod mimic;
 mod mjcf;
 pub(crate) mod moments;
 mod names;
+mod options;
 mod parts;
 mod physics;
 mod scan;
@@ -18,24 +19,12 @@ mod warnings;
 mod words;
 mod xml;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use supple_text::{FileError, Files};
+use supple_text::FileError;
 
+pub use self::options::LoadOptions;
 use crate::Robot;
-
-/// How robots are read.
-///
-/// Example: the [front page](crate).
-#[derive(Clone, Debug, Default)]
-pub struct LoadOptions {
-    /// Folders in which `package://NAME/...` and `model://NAME/...` are looked for, each holding a folder NAME.
-    pub package_roots: Vec<PathBuf>,
-    /// Whether mimic joints move independently.
-    pub independent_mimic: bool,
-    /// Where the robot's file and those it includes are read.
-    pub files: Files,
-}
 
 /// Reads a robot from a file; its root element determines the format: `robot` is URDF, `sdf` SDF, `mujoco` MJCF.
 ///

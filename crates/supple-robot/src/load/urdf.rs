@@ -6,11 +6,11 @@ use std::path::Path;
 
 use supple_text::FileError;
 
-use super::LoadOptions;
 use super::assemble::assemble;
 use super::joint_kind::joint_kind;
 use super::meshes::mesh_path;
 use super::moments::turned;
+use super::options::LoadOptions;
 use super::parts::{JointPart, LinkPart, MimicPart, Parts, Reference};
 use super::solids::drawn;
 use super::warnings::Warnings;

@@ -3,8 +3,10 @@ use supple::math;
 use supple::parameters::{Parameter, Scale};
 use supple_text::{digits, nearest};
 
-use super::MOST_POINTS;
 use crate::{LoadedTask, StudyError};
+
+/// Points that a grid has at most: its table has to fit into memory.
+pub const MOST_POINTS: usize = 10_000_000;
 
 /// One axis of a grid.
 ///

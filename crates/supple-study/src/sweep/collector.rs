@@ -1,13 +1,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use super::Sweep;
 use super::columns::columns;
 use super::done::{Done, Started, points_done};
 use super::journal::{Rows, codec, identity};
+use super::options::SweepOptions;
 use super::point::Study;
 use super::store::Store;
 use super::unit::SweepUnit;
-use super::{Sweep, SweepOptions};
 use crate::journal::Journal;
 use crate::{Column, LoadedTask, StudyError, Table};
 

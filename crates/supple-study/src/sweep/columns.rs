@@ -2,7 +2,7 @@ use supple::design::InformationWeights;
 use supple::parameters::Parameter;
 use supple::{Contact, Task};
 
-use super::SweepOptions;
+use super::options::SweepOptions;
 use crate::{Column, LoadedTask, StudyError};
 
 /// The unit and description of a column that counts or names something.

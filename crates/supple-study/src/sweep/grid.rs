@@ -1,7 +1,8 @@
 use std::ops::Range;
 
 use super::axis::too_many;
-use super::{Axis, MOST_POINTS, SweepOptions};
+use super::axis::{Axis, MOST_POINTS};
+use super::options::SweepOptions;
 use crate::{LoadedTask, StudyError};
 
 /// Points of a segment at most: along it plans are continued from point to point. It is fixed, so that results do not

@@ -52,6 +52,7 @@ mod grid;
 mod journal;
 mod jumps;
 mod least;
+mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod point;
@@ -64,52 +65,24 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use supple::plan::PlanStatus;
 
-pub use self::axis::Axis;
+pub use self::axis::{Axis, MOST_POINTS};
 pub use self::collector::Collector;
 pub use self::columns::{Holds, misses_contact};
 pub use self::journal::kept_points;
 pub use self::jumps::Jumps;
 pub use self::least::LeastPoint;
+pub use self::options::SweepOptions;
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;
 pub use self::unit::{SweepUnit, SweepUnits};
 use self::work::work;
 use crate::{Cell, Column, LoadedTask, StudyError, Table, Watch, write_text};
 
-/// Points that a grid has at most: its table has to fit into memory.
-pub const MOST_POINTS: usize = 10_000_000;
-
 /// The table for spreadsheets and scripts.
 pub const TABLE_CSV: &str = "table.csv";
 
 /// The table as lines of JSON, from which it is read again.
 pub const TABLE_JSONL: &str = "table.jsonl";
-
-/// What a sweep does.
-///
-/// Example: the [module](crate::sweep).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SweepOptions {
-    /// The axes; the last one changes fastest.
-    pub axes: Vec<Axis>,
-    /// Closed-loop roll-outs at every point.
-    pub rollouts: usize,
-    /// Starts of a design search at every point over the design parameters that are on no axis; 0 for none.
-    pub starts: usize,
-    /// Attempts at every point to find a plan of lower cost at another local minimum; 0 with starts.
-    #[serde(default)]
-    pub branches: usize,
-    /// Seed of roll-outs and searches.
-    pub seed: u64,
-}
-
-impl SweepOptions {
-    /// How many points the grid has.
-    #[must_use]
-    pub fn points(&self) -> usize {
-        self.axes.iter().map(|axis| axis.values.len()).product()
-    }
-}
 
 /// The result of a sweep.
 ///

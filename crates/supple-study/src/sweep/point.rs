@@ -5,8 +5,8 @@ use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, monte_carlo};
 use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
 
-use super::SweepOptions;
 use super::grid::Grid;
+use super::options::SweepOptions;
 use crate::{Cell, LoadedTask, StudyError};
 
 /// Controls of the last plan of each task in a segment, to continue from; none before the first one.

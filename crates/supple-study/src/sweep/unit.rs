@@ -3,9 +3,9 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use supple::Stop;
 
-use super::SweepOptions;
 use super::done::{Done, Started};
 use super::journal::codec;
+use super::options::SweepOptions;
 use super::point::{Evaluator, Study};
 use super::work::along;
 use crate::{LoadedTask, StudyError};

@@ -4,7 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_model::Trajectory;
 use supple_model::limits::LIMIT_TOLERANCE;
 use supple_model::system::{KeptEnd, holding_controls};
-use supple_text::{digits, short};
+use supple_text::{count, digits, short};
 
 use crate::pipeline::TaskState;
 use crate::plan::{Plan, PlanStatus};
@@ -129,13 +129,13 @@ fn exceeded(task: &Task, phi: &[f64], plan: &Plan) -> Option<String> {
     let (side, which) = if upper { ("above", "upper") } else { ("below", "lower") };
     let given = if is_given(step, end) { ": the initial state exceeds it" } else { "" };
     Some(format!(
-        "task `{}`: the plan exceeds an enforced limit ({} iterations): at step {step} ({:.4} s) `{}` is {} {} {side} its {which} \
+        "task `{}`: the plan exceeds an enforced limit ({}): at step {step} ({:.4} s) `{}` is {} {} {side} its {which} \
          limit, {}{given}",
         task.name,
-        plan.iterations,
+        count(plan.iterations, "iteration"),
         step as f64 * task.time_step.resolve::<f64>(phi),
         channel.name,
-        digits(excess),
+        short(excess, 6),
         channel.unit,
         digits(bounds[end]),
     ))
@@ -189,12 +189,12 @@ fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {
     }
     let (step, control) = plan.steepest;
     let mut text = format!(
-        "task `{}`: the plan did not converge ({}, {} iterations): at {} the cost still changes by {} per unit of `{}`",
+        "task `{}`: the plan did not converge ({}, {}): at {} the cost still changes by {} per unit of `{}`",
         task.name,
         plan.status,
-        plan.iterations,
+        count(plan.iterations, "iteration"),
         when(step),
-        digits(plan.stationarity),
+        short(plan.stationarity, 4),
         name(&channels.controls, control, "control"),
     );
     if let Some((step, state, change)) = fastest(plan) {

@@ -401,7 +401,9 @@ impl Task {
 
     /// Writes the first state at `phi`, and the controls to start from: those given, or else the first guess.
     pub fn write_guess(&self, phi: &[f64], controls: Option<&Matrices>, trajectory: &mut Trajectory) {
-        trajectory.states.vector_mut(0).copy_from_slice(&self.first_state(phi));
+        for (x, value) in trajectory.states.vector_mut(0).iter_mut().zip(&self.initial_state) {
+            *x = value.resolve(phi);
+        }
         match controls {
             Some(controls) => trajectory.controls.copy_from(controls),
             None => trajectory.controls = self.guess(phi, 1.0),

@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 
+use supple::RobotModel;
 use supple_robot::{Numbers, Robot, Tree, massless_joints};
 use supple_text::quoted;
 
 use super::words::{name, number};
 
-/// Maximum number of joints to analyse: larger plans take too long.
-const MOST_JOINTS: usize = 300;
 /// Mass below which a root link counts as a massless placeholder, kg.
 const LIGHT: f64 = 1e-3;
 
@@ -28,7 +27,7 @@ pub struct Planning {
 impl Planning {
     pub fn of(robot: &Robot) -> Self {
         let tree = Tree::new(robot);
-        if tree.dofs() > MOST_JOINTS {
+        if tree.dofs() > RobotModel::MOST_JOINTS {
             return Self::without(robot.clone(), Vec::new());
         }
         let at = vec![0.1; tree.dofs()];
@@ -86,7 +85,7 @@ impl Planning {
                  of {}",
                 quoted(&self.still)
             )),
-            (count, _) if count > MOST_JOINTS => {
+            (count, _) if count > RobotModel::MOST_JOINTS => {
                 Some(format!("{count} joints are too many; `locked` in [model] removes those that do not have to move"))
             }
             _ => None,

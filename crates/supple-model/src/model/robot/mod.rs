@@ -92,6 +92,9 @@ pub struct Robot {
 }
 
 impl Robot {
+    /// Greatest number of joints that move.
+    pub const MOST_JOINTS: usize = 200;
+
     /// The number of degrees of freedom, and the number of all positions including those that compliance adds.
     fn positions(&self) -> (usize, usize) {
         self.bodies.positions()

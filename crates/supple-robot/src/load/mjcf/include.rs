@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use supple_text::FileError;
 
-use super::super::LoadOptions;
 use super::super::meshes::inside_of;
+use super::super::options::LoadOptions;
 use super::super::words::shown;
 use super::super::xml::{Document, Element, cleaned};
 

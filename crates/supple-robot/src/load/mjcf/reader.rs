@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use super::super::LoadOptions;
+use super::super::options::LoadOptions;
 use super::super::parts::Parts;
 use super::super::warnings::Warnings;
 use super::super::xml::Element;

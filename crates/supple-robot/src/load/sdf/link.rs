@@ -113,6 +113,9 @@ impl Reader<'_> {
         let mesh = geometry.child("mesh")?;
         let shape = geometry.children().find(|shape| is_solid(shape.tag()));
         if mesh.is_none() && shape.is_none() {
+            if let Some(cone) = geometry.child("cone")? {
+                self.warnings.note("cone", cone, || "it is not drawn: cones are not supported".to_owned());
+            }
             return Ok(());
         }
         let (pose, relative_to) = pose(at, self.version, &mut self.warnings)?;

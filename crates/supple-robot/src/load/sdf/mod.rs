@@ -13,8 +13,8 @@ use supple_text::FileError;
 
 use self::frames::{Frames, MODEL};
 use self::values::{Version, flag, pass_over, pose};
-use super::LoadOptions;
 use super::assemble::assemble;
+use super::options::LoadOptions;
 use super::parts::{FramePart, JointPart, LinkPart, Parts, Reference};
 use super::warnings::Warnings;
 use super::words::{listed, shown};

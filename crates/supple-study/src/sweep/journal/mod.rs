@@ -9,10 +9,11 @@ use std::path::Path;
 use redb::{ReadTransaction, ReadableTable, TableDefinition, WriteTransaction};
 use supple::parameters::Scale;
 
+use super::axis::Axis;
 use super::done::{Done, Started};
 use super::grid::Grid;
+use super::options::SweepOptions;
 use super::point::Study;
-use super::{Axis, SweepOptions};
 use crate::journal::{Identity, Journal, Layout, count, fingerprint};
 use crate::{Cell, LoadedTask, StudyError};
 

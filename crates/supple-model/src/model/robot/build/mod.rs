@@ -42,16 +42,14 @@ pub(super) struct Build<'a> {
     inserted: Vec<Inserted>,
 }
 
-/// Greatest number of moving joints in a robot.
-const MOST_JOINTS: usize = 200;
-
 /// Error for a robot with too many moving joints: recording its derivatives took 0.6 GB for 80 joints, growing
 /// with their number to the power of 2.5 (measured on chains of 20 to 80).
 fn too_large(joints: usize) -> Option<String> {
     let gigabytes = 0.6 * (joints as f64 / 80.0).powi(2) * (joints as f64 / 80.0).sqrt();
-    (joints > MOST_JOINTS).then(|| {
+    let most = Robot::MOST_JOINTS;
+    (joints > most).then(|| {
         format!(
-            "has {joints} moving joints, but at most {MOST_JOINTS} are supported: recording their derivatives would need about {gigabytes:.0} GB; fix joints with `locked`"
+            "has {joints} moving joints, but at most {most} are supported: recording their derivatives would need about {gigabytes:.0} GB; fix joints with `locked`"
         )
     })
 }
