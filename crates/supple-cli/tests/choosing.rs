@@ -182,7 +182,7 @@ fn noise_follows_from_the_reach_and_the_force() {
     assert_near(smoothing, 3.5 * wall_sd, "smoothing");
     assert_near(number(&contact["stiffness"]) * smoothing, force, "the wall lets the force go that deep");
     assert_said(&[
-        "$L/200$, at most 5 mm; for `hold` a fifth of that at the start, with a drift of as much in a second",
+        "$L/200$, at most 5 mm; for `hold` a fifth of that initially, plus a drift of the same size in one second",
         "for the hinge of `handle` twice that sideways, as seen from the handle",
         "$L/1000$ at the tool, at most 2 mm, divided by $L$ for angles",
         "5 % of the force at the start of the search; the upper bound is 40 times larger",
