@@ -12,6 +12,7 @@ use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::plan::{Asked, Patience, Plan, PlanMode};
 use crate::problem::{Problem, Task};
+use crate::touching::misses_contact;
 
 /// Factors by which a constant first guess is scaled when searching for the plan of least cost.
 const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
@@ -26,7 +27,7 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess; if that is one constant row,
 /// also from multiples of it; if it has none and enforces bounds or limits, also from controls that hold the first state; if there are contacts to make or friction to overcome, also from a plan that has
-/// approached them; and, if given, from the controls of a known plan, and of a `neighbour`, such as those of the plan at a
+/// approached them and, if the plan misses one whose force a cost wants, from one that was drawn to it; and, if given, from the controls of a known plan, and of a `neighbour`, such as those of the plan at a
 /// nearby design.
 ///
 /// Keeps the converged plan of least nominal cost, but the one from known controls only if it is on another, cheaper
@@ -72,6 +73,13 @@ pub fn best_plan(
     }
     if !has_guess && candidates.converged.is_none() {
         candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 0.0)), state);
+    }
+    // A search that lost a contact on the way to it may find it from elsewhere.
+    let missed = candidates.converged.as_ref().filter(|plan| misses_contact(task, phi, &plan.trajectory));
+    if let Some((controls, cost)) = missed.map(|plan| (plan.trajectory.controls.clone(), plan.nominal_cost))
+        && let Some((controls, before)) = state.draw_to_contacts(task, phi, settings, (&controls, cost))
+    {
+        candidates.plan(problem, task, phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
     }
     for controls in task.known_controls.iter().chain(neighbour) {
         candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);

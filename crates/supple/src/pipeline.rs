@@ -53,8 +53,8 @@ use crate::gradient::{
     total_gradient,
 };
 use crate::plan::{
-    Asked, Held, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, first_guess,
-    has_to_approach, plan_risk, search,
+    Asked, Held, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, draw_to_contacts,
+    first_guess, has_to_approach, plan_risk, search,
 };
 use crate::problem::{Task, TaskAt};
 use crate::sampled_plan::plan_sampled;
@@ -152,6 +152,23 @@ impl TaskState {
         self.forget();
         task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
         let found = approach(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
+        self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
+        found
+    }
+
+    /// The controls of a plan that was drawn to its contacts, starting from controls and the cost of a plan that misses one;
+    /// `None` if that is of no use. Also returns how many iterations that took.
+    pub(crate) fn draw_to_contacts(
+        &mut self,
+        task: &Task,
+        phi: &[f64],
+        settings: &PlanSettings,
+        (controls, cost): (&Matrices, f64),
+    ) -> Option<(Matrices, usize)> {
+        self.forget();
+        task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
+        let (plan, work) = ((&mut self.plan, cost), &mut self.plan_work);
+        let found = draw_to_contacts(task.at(phi), settings, plan, work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
     }

@@ -16,7 +16,7 @@ use super::{Adjoints, Constraints, Curvature, Points, System, Times, Variation, 
 use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::cost::Cost;
 use crate::followed::{self, Followed, FollowedNumber};
-use crate::quantity::{Quantity, Vocabulary};
+use crate::quantity::{Measurable, Penetration, Quantity, Vocabulary};
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
 use crate::{Channels, Limit, Model, ParameterHandle, Point, Value};
@@ -485,6 +485,27 @@ impl<M: Model> System for Authored<M> {
             Some(Box::new(Self::new(model, costs, self.time_step.times(longer), self.parameters + 3)))
         });
         widened.as_deref().map(|system| system as &dyn System)
+    }
+
+    fn drawn_to_contacts(&self, phi: &[f64]) -> Option<Box<dyn System>> {
+        let (contacts, signals) = (self.model.contacts(), self.model.signals());
+        let mut wanted: Vec<usize> = self.wanted_forces(phi).iter().map(|wanted| wanted.contact).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let depth = |contact: usize| {
+            let name = format!("{}.{}", contacts[contact].name, Penetration::NAME);
+            signals.iter().position(|signal| *signal == name)
+        };
+        let weight = Value::from(ParameterHandle::at(self.parameters));
+        let pulls = wanted.into_iter().filter_map(depth).map(|signal| Cost::new(Penetration::new(signal), weight));
+        let costs: Vec<Cost> = self.costs.iter().cloned().chain(pulls).collect();
+        if costs.len() == self.costs.len() {
+            return None;
+        }
+        // Not wider, with the same steps.
+        let [nothing, whole] = [0.0, 1.0].map(Value::Number);
+        let model = self.model.widened(nothing, nothing, whole)?;
+        Some(Box::new(Self::new(model, costs, self.time_step, self.parameters + 1)))
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {

@@ -264,6 +264,13 @@ pub trait System: Send + Sync {
         None
     }
 
+    /// The same system with a cost that draws plans to those contacts of which costs want a force at `phi`, on the squared
+    /// distance from touching, m^2, at every step. Its weight is an additional parameter at the end. `None` if there are no
+    /// such contacts.
+    fn drawn_to_contacts(&self, _phi: &[f64]) -> Option<Box<dyn System>> {
+        None
+    }
+
     /// Whether time steps several times as long give nearly the same motion.
     fn endures_longer_steps(&self) -> bool {
         false

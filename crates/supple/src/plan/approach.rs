@@ -9,6 +9,7 @@ use supple_model::{ContactState, Trajectory};
 use super::descent::is_over;
 use super::kept::Kept;
 use super::nominal::search_free;
+use super::sweeps::roll_out;
 use super::{Asked, NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace};
 use crate::problem::{Task, TaskAt};
 
@@ -60,6 +61,49 @@ pub(crate) fn approach(
     kept.map(|kept| {
         kept.follow(problem, found, work, scratch);
         (found.trajectory.controls.clone(), approach.iterations)
+    })
+}
+
+/// Weights by which a plan is drawn to contacts, one after the other, relative to that at which the distances of a plan that
+/// misses them cost as much as the plan.
+const PULLS: [f64; 4] = [10.0, 1.0, 0.1, 0.01];
+
+/// The controls that follow a plan which was drawn to the contacts that costs want a force of (theory, section "Finding
+/// contact"), starting from a plan of a given cost, whose controls are in `found.trajectory`, that misses one. `None` if there
+/// are no such contacts, or no plan was found on the way. Also returns the total number of iterations.
+pub(crate) fn draw_to_contacts(
+    TaskAt { task, phi }: TaskAt,
+    settings: &PlanSettings,
+    (found, cost): (&mut Plan, f64),
+    work: &mut PlanWorkspace,
+    scratch: &mut Scratch,
+) -> Option<(Matrices, usize)> {
+    let own = NominalProblem { system: &*task.system, phi, bounds: task.control_bounds.as_ref() };
+    let system = task.system.drawn_to_contacts(phi)?;
+    roll_out(own, found, scratch).ok()?;
+    let states = &found.trajectory.states;
+    let wanted = task.system.wanted_forces(phi);
+    let squared = |t: usize| {
+        let now = task.system.contact_states(states.vector(t), phi);
+        wanted.iter().map(|wanted| now[wanted.contact].clearance.max(0.0).powi(2)).sum::<f64>()
+    };
+    let unit = cost.abs() / (0..states.count()).map(squared).sum::<f64>();
+    let (mut kept, mut iterations): (Option<Kept>, usize) = (None, 0);
+    for pull in PULLS {
+        let phi: Vec<f64> = phi.iter().copied().chain([pull * unit]).collect();
+        let problem = NominalProblem { system: &*system, phi: &phi, bounds: own.bounds };
+        let mut patience = Patience::Full;
+        if let Some(kept) = &kept {
+            kept.follow(problem, found, work, scratch);
+            patience = Patience::Close;
+        }
+        search_free(problem, Asked::of(settings, patience), found, work, scratch).ok()?;
+        iterations += found.iterations;
+        kept = Some(Kept::of(found));
+    }
+    kept.map(|kept| {
+        kept.follow(own, found, work, scratch);
+        (found.trajectory.controls.clone(), iterations)
     })
 }
 

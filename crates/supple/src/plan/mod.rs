@@ -22,7 +22,7 @@ pub use crate::problem::NominalProblem;
 pub use crate::settings::{
     BeliefSettings, CostCurvature, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings,
 };
-pub(crate) use approach::{approach, has_to_approach};
+pub(crate) use approach::{approach, draw_to_contacts, has_to_approach};
 pub use bounds::bounds_of;
 pub(crate) use conjugate_gradients::{Found, Goal, Operator, Solved, conjugate_gradients};
 pub(crate) use costates::{Stationarity, sweep_costates};

@@ -6,6 +6,7 @@ use supple::plan::PlanStatus;
 use supple::system::{Points, System, Times};
 use supple::{EvaluateOptions, Matrices, Problem, Scratch, TaskEvaluation};
 
+use crate::common::repository;
 use crate::robot::arm::{Description, arm, compliance, cost, sensor};
 
 fn evaluate(problem: &Problem) -> TaskEvaluation {
@@ -57,6 +58,21 @@ fn contacts_are_found_from_afar() {
         assert!(task.status.is_converged() && contact.touches, "{clearance} m, {smoothing} m: {:?}", task.warnings);
         assert!(contact.first_s.unwrap() < 0.5 && contact.greatest_force_apart == 0.0, "{contact:?}");
         assert!((contact.mean_force - 5.0).abs() < 1.0, "{contact:?}");
+    }
+}
+
+/// An arm before a wall at some distances, where a search that makes contacts narrower loses this one: the cheapest plans
+/// found, from plans at nearer walls, cost no less.
+#[test]
+fn contacts_that_are_lost_on_the_way_are_found_again() {
+    let path = repository("tasks").join("wiping_arm.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (place, cost) in [("0.68", 224.0), ("0.70", 251.7), ("0.72", 281.9)] {
+        let wall =
+            text.replace("point = [0.55, ", &format!("point = [{place}, ")).replace("bound = 84.0", "bound = 1e6");
+        let task = evaluate(&supple_file::parse(&wall, path.to_str().unwrap()).unwrap());
+        assert!(task.status.is_converged() && task.contacts[0].touches, "{place}: {:?}", task.warnings);
+        assert!(task.cost.parts.nominal < 1.001 * cost, "{place}: {}", task.cost.parts.nominal);
     }
 }
 
