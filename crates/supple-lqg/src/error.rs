@@ -1,3 +1,8 @@
+use supple_text::significant;
+
+/// Digits of costs in messages.
+const SHOWN: usize = 6;
+
 /// Why something could not be computed.
 ///
 /// ```
@@ -33,7 +38,7 @@ pub enum Error {
     /// An expected cost that no controller reaches.
     #[error(
         "no finite information achieves an expected cost of {}: with the state known exactly the least cost is {}; choose a larger cost",
-        rounded(*cost), rounded(*least)
+        significant(*cost, SHOWN), significant(*least, SHOWN)
     )]
     CostBelowLeast {
         /// The cost asked for.
@@ -109,7 +114,7 @@ pub enum Error {
     /// No set of sensors within the limits is good enough.
     #[error(
         "no set of sensors within the limits has an expected cost of at most {}; with all of them it is {}",
-        rounded(*bound), rounded(*least)
+        significant(*bound, SHOWN), significant(*least, SHOWN)
     )]
     NoSensorsSuffice {
         /// The bound on the expected cost.
@@ -121,15 +126,10 @@ pub enum Error {
     #[error(
         "no set of sensors within the limits with an expected cost of at most {} was found, which does not prove that \
          there is none: ask for the method `exhaustive`, or loosen the limits",
-        rounded(*bound)
+        significant(*bound, SHOWN)
     )]
     NoSensorsFound {
         /// The bound on the expected cost.
         bound: f64,
     },
-}
-
-/// To six digits, as costs are shown.
-fn rounded(number: f64) -> f64 {
-    format!("{number:.5e}").parse().unwrap_or(number)
 }

@@ -76,8 +76,8 @@ pub fn best_plan(
     }
     // A search that lost a contact on the way to it may find it from elsewhere.
     let missed = candidates.converged.as_ref().filter(|plan| misses_contact(task, phi, &plan.trajectory));
-    if let Some((controls, cost)) = missed.map(|plan| (plan.trajectory.controls.clone(), plan.nominal_cost))
-        && let Some((controls, before)) = state.draw_to_contacts(task, phi, settings, (&controls, cost))
+    if let Some(controls) = missed.map(|plan| plan.trajectory.controls.clone())
+        && let Some((controls, before)) = state.draw_to_contacts(task, phi, settings, &controls)
     {
         candidates.plan(problem, task, phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
     }

@@ -156,19 +156,18 @@ impl TaskState {
         found
     }
 
-    /// The controls of a plan that was drawn to its contacts, starting from controls and the cost of a plan that misses one;
+    /// The controls of a plan that was drawn to its contacts, starting from the controls of one that misses one;
     /// `None` if that is of no use. Also returns how many iterations that took.
     pub(crate) fn draw_to_contacts(
         &mut self,
         task: &Task,
         phi: &[f64],
         settings: &PlanSettings,
-        (controls, cost): (&Matrices, f64),
+        controls: &Matrices,
     ) -> Option<(Matrices, usize)> {
         self.forget();
         task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
-        let (plan, work) = ((&mut self.plan, cost), &mut self.plan_work);
-        let found = draw_to_contacts(task.at(phi), settings, plan, work, &mut self.scratch);
+        let found = draw_to_contacts(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
     }

@@ -219,7 +219,8 @@ def conclude(
     if not doubts and ranges:
         return Conclusion(f"{verdict}: {ranges}{_beyond(left)}", breaks)
     if not doubts:
-        words = "the design holds on MuJoCo as predicted"
+        exceeds = limit is not None and _exceeds(limit, cost, plant)
+        words = f"the design {'moves' if exceeds else 'holds'} on MuJoCo as predicted"
         if with_stops:
             words += ", also with the robot's stops and ranges, which roll-outs reach"
         if plant.ends_well < 1.0 - FEWER_END_WELL and (1.0 - plant.ends_well) * rollouts >= TOO_FEW:
@@ -227,10 +228,9 @@ def conclude(
                 f"; but only {plant.ends_well:.0%} of the roll-outs there, and {own.ends_well:.0%} on supple's own model, end within "
                 f"the spread that is predicted (furthest: `{furthest}`): the linearisation misses what noise does to it"
             )
-        if limit is not None and _exceeds(limit, cost, plant):
+        if limit is not None and exceeds:
             low, high = plant.cost_interval_95
             share = plant.cost_mean / limit - 1.0
-            words = words.replace("holds on MuJoCo", "moves on MuJoCo", 1)
             words += f"; but its cost there, {low:.4g} to {high:.4g}, is above the limit of {limit:.4g}, by {share:.1%}"
         return Conclusion(words + _beyond(left), False)
     alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > ASTRAY)

@@ -350,40 +350,22 @@ impl Work {
         // SAFETY: the caller's.
         unsafe {
             while row < end {
+                macro_rules! rows {
+                    ($count:literal) => {{
+                        self.block::<L, TRANSPOSED, $count, C>(row, column);
+                        row += $count;
+                    }};
+                }
                 match end - row {
-                    1 => {
-                        self.block::<L, TRANSPOSED, 1, C>(row, column);
-                        row += 1;
-                    }
-                    2 => {
-                        self.block::<L, TRANSPOSED, 2, C>(row, column);
-                        row += 2;
-                    }
-                    3 => {
-                        self.block::<L, TRANSPOSED, 3, C>(row, column);
-                        row += 3;
-                    }
-                    8.. if L::WIDE => {
-                        self.block::<L, TRANSPOSED, 8, C>(row, column);
-                        row += 8;
-                    }
+                    1 => rows!(1),
+                    2 => rows!(2),
+                    3 => rows!(3),
+                    8.. if L::WIDE => rows!(8),
                     // A block takes as long as its sums depend on one another, however few rows it has.
-                    5 if L::WIDE => {
-                        self.block::<L, TRANSPOSED, 5, C>(row, column);
-                        row += 5;
-                    }
-                    6 if L::WIDE => {
-                        self.block::<L, TRANSPOSED, 6, C>(row, column);
-                        row += 6;
-                    }
-                    7 if L::WIDE => {
-                        self.block::<L, TRANSPOSED, 7, C>(row, column);
-                        row += 7;
-                    }
-                    _ => {
-                        self.block::<L, TRANSPOSED, 4, C>(row, column);
-                        row += 4;
-                    }
+                    5 if L::WIDE => rows!(5),
+                    6 if L::WIDE => rows!(6),
+                    7 if L::WIDE => rows!(7),
+                    _ => rows!(4),
                 }
             }
         }

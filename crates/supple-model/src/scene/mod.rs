@@ -203,7 +203,7 @@ impl Shape {
     /// A shape at a pose in its body.
     #[must_use]
     pub fn placed(pose: &Pose, solid: Solid) -> Self {
-        Self { solid, position: pose.position, rotation: quaternion(&pose.rotation), guide: false, real: false }
+        Self { rotation: quaternion(&pose.rotation), ..Self::at(pose.position, solid) }
     }
 }
 

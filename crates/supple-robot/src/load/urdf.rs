@@ -12,11 +12,11 @@ use super::meshes::mesh_path;
 use super::moments::turned;
 use super::options::LoadOptions;
 use super::parts::{JointPart, LinkPart, MimicPart, Parts, Reference};
-use super::solids::drawn;
+use super::solids::{drawn, solid};
 use super::warnings::Warnings;
 use super::words::{RUN_XACRO, XACRO};
 use super::xml::{Document, Element};
-use crate::{Inertia, JointKind, Limits, Mesh, Pose, Primitive, Robot, Solid};
+use crate::{Inertia, JointKind, Limits, Mesh, Pose, Primitive, Robot};
 
 /// Elements of `robot` that are read.
 const ROBOT: [&str; 2] = ["link", "joint"];
@@ -26,6 +26,8 @@ const ROBOT_IGNORED: [&str; 5] = ["transmission", "gazebo", "material", "sensor"
 const LINK: [&str; 3] = ["inertial", "visual", "collision"];
 /// Elements of `link` that are known and not modelled.
 const LINK_IGNORED: [&str; 4] = ["gazebo", "sensor", "material", "contact"];
+/// Shapes of `geometry` that are drawn and need no mesh.
+const SOLIDS: [&str; 4] = ["box", "sphere", "cylinder", "capsule"];
 /// Elements of `joint` that are read.
 const JOINT: [&str; 7] = ["parent", "child", "origin", "axis", "limit", "dynamics", "mimic"];
 /// Elements of `joint` that are known and not modelled.
@@ -137,8 +139,11 @@ fn link<'a>(
         match geometry.child("mesh")? {
             Some(at) => link.meshes.extend(mesh(at, pose, (options, folder), warnings)?),
             None => {
-                let shape = geometry.children().next();
-                let solid = shape.and_then(|shape| drawn(shape, solid(shape), warnings));
+                let shape = geometry.children().next().filter(|shape| SOLIDS.contains(&shape.tag()));
+                let solid = shape.and_then(|at| {
+                    let read = solid(at, |name| at.required_number(name), |name| at.required_numbers(name));
+                    drawn(at, read, warnings)
+                });
                 link.primitives.extend(solid.map(|solid| Primitive { solid, pose }));
             }
         }
@@ -166,18 +171,6 @@ fn inertial(at: Element) -> Result<Inertia, FileError> {
 fn origin(at: Element) -> Result<Pose, FileError> {
     let Some(origin) = at.child("origin")? else { return Ok(Pose::IDENTITY) };
     Ok(Pose::from_rpy(origin.numbers("xyz")?.unwrap_or([0.0; 3]), origin.numbers("rpy")?.unwrap_or([0.0; 3])))
-}
-
-/// A shape of a `geometry` that is no mesh; `None` if it is none of those known.
-fn solid(at: Element) -> Result<Option<Solid>, FileError> {
-    let length = |name| at.required_number(name);
-    Ok(Some(match at.tag() {
-        "box" => Solid::Box { size: at.required_numbers("size")? },
-        "sphere" => Solid::Sphere { radius: length("radius")? },
-        "cylinder" => Solid::Cylinder { radius: length("radius")?, length: length("length")? },
-        "capsule" => Solid::Capsule { radius: length("radius")?, length: length("length")? },
-        _ => return Ok(None),
-    }))
 }
 
 /// The mesh of a `visual` at a pose; `None` and a warning if it cannot be used.

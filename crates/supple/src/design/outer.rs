@@ -136,7 +136,10 @@ pub struct OuterProblem<'s, 'a, 'b> {
 
 /// Points in a row that were close to the best one, and no better.
 struct Close {
-    best: Visit,
+    /// Scaled coordinates of the best one.
+    at: Vec<f64>,
+    /// Its merit.
+    merit: (bool, f64),
     count: usize,
 }
 
@@ -168,7 +171,11 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         let has_auxiliary = has_auxiliary(aim);
         let known = search.evaluations;
         let failures = Failures { last: None, count: 0, most: if optimiser.steps_back() { FAILURES } else { 1 } };
-        let close = (!optimiser.keeps_last()).then(|| Close { best: first.clone(), count: 0 });
+        let close = (!optimiser.keeps_last()).then(|| Close {
+            at: first.scaled.clone(),
+            merit: search.merit(&first),
+            count: 0,
+        });
         Self {
             search,
             units,
@@ -255,12 +262,12 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
 
     /// Notes how a new point compares with the best one.
     fn compare(&mut self, visit: &Visit) {
-        let Some(Close { best, count }) = &mut self.close else { return };
-        let ((missed, value), (best_missed, least)) = (self.search.merit(visit), self.search.merit(best));
-        let is_better = (missed, value) < (best_missed, least - BETTER * least.abs());
-        *count = if !is_better && largest_difference(&visit.scaled, &best.scaled) <= CLOSE { *count + 1 } else { 0 };
-        if (missed, value) < (best_missed, least) {
-            *best = visit.clone();
+        let Some(Close { at, merit: best, count }) = &mut self.close else { return };
+        let (merit, (missed, least)) = (self.search.merit(visit), *best);
+        let is_better = merit < (missed, least - BETTER * least.abs());
+        *count = if !is_better && largest_difference(&visit.scaled, at) <= CLOSE { *count + 1 } else { 0 };
+        if merit < *best {
+            (*best, *at) = (merit, visit.scaled.clone());
         }
     }
 

@@ -57,9 +57,8 @@ pub(crate) fn approach(
         kept = approach.narrow(found, work, scratch);
     }
     // Along a trajectory that is unstable, rounding alone makes the same controls lead elsewhere.
-    let problem = NominalProblem { system: &*task.system, phi, bounds: task.control_bounds.as_ref() };
     kept.map(|kept| {
-        kept.follow(problem, found, work, scratch);
+        kept.follow(task.nominal(phi), found, work, scratch);
         (found.trajectory.controls.clone(), approach.iterations)
     })
 }
@@ -69,17 +68,16 @@ pub(crate) fn approach(
 const PULLS: [f64; 4] = [10.0, 1.0, 0.1, 0.01];
 
 /// The controls that follow a plan which was drawn to the contacts that costs want a force of (theory, section "Finding
-/// contact"), starting from a plan of a given cost, whose controls are in `found.trajectory`, that misses one. `None` if there
-/// are no such contacts, or no plan was found on the way. Also returns the total number of iterations.
+/// contact"), starting from the controls in `found.trajectory` of one that misses one. `None` if there are no such contacts, or no
+/// plan was found on the way. Also returns the total number of iterations.
 pub(crate) fn draw_to_contacts(
     TaskAt { task, phi }: TaskAt,
     settings: &PlanSettings,
-    (found, cost): (&mut Plan, f64),
+    found: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Option<(Matrices, usize)> {
-    let own = NominalProblem { system: &*task.system, phi, bounds: task.control_bounds.as_ref() };
-    let system = task.system.drawn_to_contacts(phi)?;
+    let (own, system) = (task.nominal(phi), task.system.drawn_to_contacts(phi)?);
     roll_out(own, found, scratch).ok()?;
     let states = &found.trajectory.states;
     let wanted = task.system.wanted_forces(phi);
@@ -87,7 +85,7 @@ pub(crate) fn draw_to_contacts(
         let now = task.system.contact_states(states.vector(t), phi);
         wanted.iter().map(|wanted| now[wanted.contact].clearance.max(0.0).powi(2)).sum::<f64>()
     };
-    let unit = cost.abs() / (0..states.count()).map(squared).sum::<f64>();
+    let unit = found.nominal_cost.abs() / (0..states.count()).map(squared).sum::<f64>();
     let (mut kept, mut iterations): (Option<Kept>, usize) = (None, 0);
     for pull in PULLS {
         let phi: Vec<f64> = phi.iter().copied().chain([pull * unit]).collect();

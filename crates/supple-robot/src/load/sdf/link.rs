@@ -5,12 +5,12 @@ use supple_text::FileError;
 use super::super::meshes::mesh_path;
 use super::super::moments::turned;
 use super::super::parts::LinkPart;
-use super::super::solids::drawn;
+use super::super::solids::{drawn, solid};
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::Reader;
 use super::values::{flag, number, pass_over, pose};
-use crate::{Inertia, Mesh, Pose, Primitive, Solid};
+use crate::{Inertia, Mesh, Pose, Primitive};
 
 /// Elements of `link` that are read, or do not affect the dynamics.
 const LINK: [&str; 6] = ["pose", "inertial", "visual", "collision", "gravity", "kinematic"];
@@ -30,6 +30,8 @@ const LINK_IGNORED: [&str; 13] = [
     "must_be_base_link",
     "frame",
 ];
+/// Shapes of `geometry` that are drawn and need no mesh.
+const SOLIDS: [&str; 5] = ["box", "sphere", "cylinder", "capsule", "ellipsoid"];
 /// Elements of `inertial` that are read.
 const INERTIAL: [&str; 3] = ["pose", "mass", "inertia"];
 /// Elements of `inertial` that are known and not modelled.
@@ -111,7 +113,7 @@ impl Reader<'_> {
     fn visual(&mut self, at: Element, link: &mut LinkPart) -> Result<(), FileError> {
         let Some(geometry) = at.child("geometry")? else { return Ok(()) };
         let mesh = geometry.child("mesh")?;
-        let shape = geometry.children().find(|shape| is_solid(shape.tag()));
+        let shape = geometry.children().find(|shape| SOLIDS.contains(&shape.tag()));
         if mesh.is_none() && shape.is_none() {
             if let Some(cone) = geometry.child("cone")? {
                 self.warnings.note("cone", cone, || "it is not drawn: cones are not supported".to_owned());
@@ -126,7 +128,9 @@ impl Reader<'_> {
         if let Some(mesh) = mesh {
             link.meshes.extend(self.mesh(mesh, pose)?);
         } else if let Some(shape) = shape {
-            let solid = drawn(shape, solid(shape), &mut self.warnings);
+            let length = |tag: &str| shape.required_child(tag)?.content_number();
+            let lengths = |tag: &str| shape.required_child(tag)?.content_numbers();
+            let solid = drawn(shape, solid(shape, length, lengths), &mut self.warnings);
             link.primitives.extend(solid.map(|solid| Primitive { solid, pose }));
         }
         Ok(())
@@ -139,23 +143,4 @@ impl Reader<'_> {
         let path = mesh_path(uri, &uri.content()?, self.options, self.folder, &mut self.warnings);
         Ok(path.map(|path| Mesh { path, pose, scale }))
     }
-}
-
-/// Whether a shape of a `geometry` needs no mesh and has an end.
-fn is_solid(tag: &str) -> bool {
-    matches!(tag, "box" | "sphere" | "cylinder" | "capsule" | "ellipsoid")
-}
-
-/// A shape of a `geometry` that is no mesh; `None` if it is none of those known.
-fn solid(at: Element) -> Result<Option<Solid>, FileError> {
-    let length = |tag| at.required_child(tag)?.content_number();
-    let lengths = |tag| at.required_child(tag)?.content_numbers();
-    Ok(Some(match at.tag() {
-        "box" => Solid::Box { size: lengths("size")? },
-        "sphere" => Solid::Sphere { radius: length("radius")? },
-        "cylinder" => Solid::Cylinder { radius: length("radius")?, length: length("length")? },
-        "capsule" => Solid::Capsule { radius: length("radius")?, length: length("length")? },
-        "ellipsoid" => Solid::Ellipsoid { radii: lengths("radii")? },
-        _ => return Ok(None),
-    }))
 }

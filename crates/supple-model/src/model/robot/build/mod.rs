@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::Deserialize;
+use supple_robot::vector::dot;
 use supple_robot::{LoadOptions, Tree, load};
 use supple_text::{FileError, digits};
 
@@ -176,8 +177,8 @@ impl Build<'_> {
     /// Warns of gravity, given in the task or by the robot's file, that seems to be in other units than m/s^2.
     fn doubt_gravity(&mut self, gravity: [Value; 3], in_task: bool) {
         let phi = self.parameters.initial();
-        let size =
-            gravity.map(|entry| entry.resolve::<f64>(&phi)).iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+        let gravity = gravity.map(|entry| entry.resolve::<f64>(&phi));
+        let size = dot(gravity, gravity).sqrt();
         if size <= MOST_GRAVITY {
             return;
         }
