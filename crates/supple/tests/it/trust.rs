@@ -54,13 +54,24 @@ fn confirmed(tasks: u64, many: usize) -> (usize, usize, [usize; 3]) {
     (same, all, given)
 }
 
-/// The elbow with other variances of its first velocities, and an uncertain wall.
-fn noisy_elbow(speeds: &str, wall: &str) -> Problem {
+/// The path of the elbow's file, and its text without sub-steps, for a wall that is less sure and drifts faster.
+fn coarse_elbow() -> (std::path::PathBuf, String) {
     let path = common::repository("tasks/elastic_elbow.toml");
     let text = std::fs::read_to_string(&path).unwrap();
-    let shipped = "\"v.*\" = 1e-4, \"c.wall\" = 2.5e-5 }     #";
-    assert!(text.contains(shipped));
-    let noisy = text.replace(shipped, &format!("\"v.*\" = {speeds}, \"c.wall\" = {wall} }} #"));
+    let changes = [("substeps = 4 ", "# "), ("\"c.wall\" = 4e-6 }", "\"c.wall\" = 2.5e-5 }"), ("2.5e-7 }", "1e-6 }")];
+    let text = changes.into_iter().fold(text, |text, (shipped, other)| {
+        assert_eq!(text.matches(shipped).count(), 1, "{shipped}");
+        text.replace(shipped, other)
+    });
+    (path, text)
+}
+
+/// The elbow with other variances of its first velocities, and an uncertain wall.
+fn noisy_elbow(speeds: &str, wall: &str) -> Problem {
+    let (path, text) = coarse_elbow();
+    let coarse = "\"v.*\" = 1e-4, \"c.wall\" = 2.5e-5 }";
+    assert!(text.contains(coarse));
+    let noisy = text.replace(coarse, &format!("\"v.*\" = {speeds}, \"c.wall\" = {wall} }}"));
     supple_file::parse(&noisy, path.to_str().unwrap()).unwrap()
 }
 
@@ -89,8 +100,7 @@ fn shipped_plans_cost_the_same_on_finer_steps() {
 /// what is integrated, not the motor: the same controller sends the elbow off on finer steps.
 #[test]
 fn controllers_that_only_the_steps_of_a_task_stabilise_are_broken() {
-    let path = common::repository("tasks/elastic_elbow.toml");
-    let text = std::fs::read_to_string(&path).unwrap();
+    let (path, text) = coarse_elbow();
     for (steps, weight, verdict, says) in [
         ("100\ntime_step = 1e-2", "1e-2", Verdict::Broken, "times their expected value there"),
         ("100\ntime_step = 1e-2", "1e-4", Verdict::Broken, "on the steps of this task, which exceeds the limit"),
@@ -115,8 +125,7 @@ fn controllers_that_only_the_steps_of_a_task_stabilise_are_broken() {
 /// makes of it: a filter of finer steps finds as many bits with them and without.
 #[test]
 fn filters_that_lack_what_happens_within_a_step_are_doubtful() {
-    let path = common::repository("tasks/elastic_elbow.toml");
-    let text = std::fs::read_to_string(&path).unwrap();
+    let (path, text) = coarse_elbow();
     let at = |model: &str| {
         let problem = supple_file::parse(&text.replace("[model]\n", model), path.to_str().unwrap()).unwrap();
         let options = EvaluateOptions { rollouts: 256, ..Default::default() };
