@@ -275,6 +275,27 @@ def test_mounts_carry_links_and_are_locked(tmp_path: Path, old: str, new: str) -
     assert fine < 0.02 and 1.7 < coarse / fine < 2.3, (coarse, fine)
 
 
+@pytest.mark.parametrize(
+    ("geom", "wall"),
+    [
+        ('type="plane" size="1 1 1" pos="0 0 -0.05" euler="6 0 0"', 'geom = "floor"'),
+        ('type="box" size="0.1 1 1" pos="0 0 -0.1" euler="0 86 0"', 'geom = "floor"\nface = "-x"'),
+    ],
+)
+def test_walls_of_the_robots_file_are_where_they_stand(tmp_path: Path, geom: str, wall: str) -> None:
+    """Planes and boxes, turned and moved: the same motion as in supple, and other forces than without the change."""
+    floor = f'<worldbody><geom name="floor" {geom}/>'
+    (tmp_path / "robot.xml").write_text(ROBOT.replace("<worldbody>", floor))
+    (tmp_path / "task.toml").write_text(TASK.replace("normal = [0.0, 0.0, 1.0]", wall))
+    task = supple.load(tmp_path / "task.toml")
+    coarse, fine = errors_of_steps(task)
+    assert fine < 0.02 and 1.7 < coarse / fine < 2.3, (coarse, fine)
+    (tmp_path / "task.toml").write_text(TASK)
+    clear = supple.load(tmp_path / "task.toml")
+    there, elsewhere = (made.evaluate().tasks["move"].contacts["wall"] for made in (task, clear))
+    assert there.touches and abs(there.least_clearance_m - elsewhere.least_clearance_m) > 1e-3
+
+
 def test_impossible_inertias_are_those_of_the_file(tmp_path: Path) -> None:
     """MuJoCo refuses them, and supple computes with them."""
     (tmp_path / "robot.xml").write_text(ROBOT.replace("0.01 0.04 0.04", "0.01 0.02 0.05"))
@@ -283,18 +304,11 @@ def test_impossible_inertias_are_those_of_the_file(tmp_path: Path) -> None:
     assert fine < 0.02 and 1.7 < coarse / fine < 2.3, (coarse, fine)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("[model.joints.elbow]", "[model.joints.elbow]\noffset = [0.0, 0.0, 0.1]", "does not know `offset`"),
-        ("normal = [0.0, 0.0, 1.0]", 'geom = "floor"', "does not know `geom` of a contact"),
-    ],
-)
-def test_what_is_not_known_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
-    floor = '<worldbody><geom name="floor" type="plane" size="1 1 1"/>'
-    (tmp_path / "robot.xml").write_text(ROBOT.replace("<worldbody>", floor))
-    (tmp_path / "task.toml").write_text(TASK.replace(old, new))
-    with pytest.raises(supple.UsageError, match=message):
+def test_what_is_not_known_is_named(tmp_path: Path) -> None:
+    (tmp_path / "robot.xml").write_text(ROBOT)
+    elbow = "[model.joints.elbow]"
+    (tmp_path / "task.toml").write_text(TASK.replace(elbow, f"{elbow}\noffset = [0.0, 0.0, 0.1]"))
+    with pytest.raises(supple.UsageError, match="does not know `offset`"):
         supple.mujoco.validate(supple.load(tmp_path / "task.toml"), 2)
 
 

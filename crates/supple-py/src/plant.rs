@@ -2,8 +2,9 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use supple::scene::LandmarkKind;
 use supple::simulate::Rollouts;
-use supple::{Channels, Error, Limited, Matrices};
+use supple::{Channels, Dimensions, Error, Limited, Matrices};
 use supple::{Elsewhere, Names, Other};
 use supple_study::{LoadedTask, Source};
 
@@ -64,13 +65,37 @@ fn call(plant: &Py<PyAny>, failures: &Failures, t: usize, at: (&Matrices, &Matri
     outcome.map_err(|error| failures.keep(error)).ok().map(|[numbers]| numbers)
 }
 
-/// The text of a task file as JSON.
+/// The text of a task file as JSON. Walls that are geoms of the robot's file are given by `normal` and `point`.
 ///
 /// # Errors
 /// Where the task is not one of a file.
 pub fn tables(py: Python<'_>, task: &LoadedTask) -> PyResult<String> {
-    let table = table(py, task)?;
+    let mut table = table(py, task)?;
+    let elements = table.get_mut("model").and_then(|model| model.get_mut("compliance"));
+    let elements = elements.and_then(toml::Value::as_array_mut).into_iter().flatten();
+    for element in elements.filter_map(toml::Value::as_table_mut).filter(|element| element.contains_key("geom")) {
+        let name = element.get("name").and_then(toml::Value::as_str);
+        if let Some(sides) = name.and_then(|name| wall(task, name)) {
+            element.remove("geom");
+            element.remove("face");
+            for (key, entries) in ["normal", "point"].into_iter().zip(sides) {
+                element.insert(key.to_owned(), toml::Value::Array(entries.map(toml::Value::Float).to_vec()));
+            }
+        }
+    }
     serde_json::to_string(&table).map_err(|error| errors::usage(py, &error.to_string()))
+}
+
+/// Normal and point of a contact's wall, from which its position is measured.
+fn wall(task: &LoadedTask, name: &str) -> Option<[[f64; 3]; 2]> {
+    let system = &task.problem.tasks.first()?.system;
+    let Dimensions { states, controls, .. } = system.dimensions();
+    let seen = system.picture(&vec![0.0; states], &vec![0.0; controls], &task.phi)?;
+    let mut walls = seen.picture.landmarks.iter().zip(seen.positions);
+    walls.find_map(|(landmark, point)| match landmark.kind {
+        LandmarkKind::Wall { normal, .. } if landmark.name == name => Some([normal, point]),
+        _ => None,
+    })
 }
 
 /// The same task with other numbers: one or several of an element of a list of `[model]` by the list, its name and a key, of

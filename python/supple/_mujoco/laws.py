@@ -158,8 +158,6 @@ LAWS: dict[str, type[Law]] = {
 }
 
 _TEXTS = ("frame", "frame_a", "frame_c", "joint")
-#: Keys of contacts with a geom of the robot's file.
-_OF_GEOM = ("geom", "face")
 
 
 def law(table: Mapping[str, Any], values: Mapping[str, float]) -> Law:
@@ -178,7 +176,6 @@ def law(table: Mapping[str, Any], values: Mapping[str, float]) -> Law:
     if unknown:
         raise UsageError(
             f"compliance `{name}`: MuJoCo's twin of a robot does not know `{unknown[0]}` of a {table['kind']}"
-            + ("; describe its wall by `normal` and `point` instead" if unknown[0] in _OF_GEOM else "")
         )
     found: dict[str, Any] = {}
     for key, entry in known.items():

@@ -22,8 +22,8 @@ pub struct PlanSettings {
     pub belief: BeliefSettings,
     /// Settings of the sampled mode.
     pub sampled: SampledSettings,
-    /// Maximum number of iterations. Raise it if a plan ends with status `max_iterations` while its cost is still
-    /// decreasing.
+    /// Maximum number of iterations of one search; a plan that has to find a contact or to keep limits takes several
+    /// searches. Raise it if a plan ends with status `max_iterations` while its cost is still decreasing.
     pub max_iterations: usize,
     /// How long the planning of one task at one design may take, s; no limit by default. A plan that is stopped is not
     /// converged. Results then depend on the speed of the machine.

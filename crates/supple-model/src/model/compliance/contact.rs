@@ -370,11 +370,16 @@ impl Compliance for Contact {
     fn rules(&self) -> Vec<Rule> {
         vec![
             Rule::at_least("radius", self.radius, 0.0),
-            Rule::above("stiffness", self.stiffness, 0.0),
-            Rule::at_least("dissipation", self.dissipation, 0.0),
-            Rule::above("smoothing", self.smoothing, 0.0),
-            Rule::at_least("friction", self.friction, 0.0),
-            Rule::above("slip", self.slip, 0.0),
+            Rule::above("stiffness", self.stiffness, 0.0)
+                .with_help("the force per depth of both surfaces in series, N/m: such as 1e3 to 1e5"),
+            Rule::at_least("dissipation", self.dissipation, 0.0)
+                .with_help("0 for an impact that loses no energy; the shipped tasks use 1 to 2 s/m"),
+            Rule::above("smoothing", self.smoothing, 0.0)
+                .with_help("the clearance at which the force begins, m: such as 1e-3, or less for a shorter reach"),
+            Rule::at_least("friction", self.friction, 0.0)
+                .with_help("the coefficient of friction, whichever way the contact slides: 0 for none, such as 0.3"),
+            Rule::above("slip", self.slip, 0.0)
+                .with_help("the speed over which friction builds up, m/s: such as 0.01, the default"),
         ]
     }
 }

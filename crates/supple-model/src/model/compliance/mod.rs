@@ -170,19 +170,27 @@ pub struct Rule {
     pub(super) least: f64,
     /// Whether the value must be strictly greater than the limit.
     pub(super) more: bool,
+    /// What the value means, for whoever gave another.
+    pub(super) help: Option<&'static str>,
 }
 
 impl Rule {
     /// The value of a key must be at least this.
     #[must_use]
     pub fn at_least(key: &'static str, value: Value, least: f64) -> Self {
-        Self { key, value, least, more: false }
+        Self { key, value, least, more: false, help: None }
     }
 
     /// The value of a key must be above this.
     #[must_use]
     pub fn above(key: &'static str, value: Value, least: f64) -> Self {
-        Self { key, value, least, more: true }
+        Self { key, value, least, more: true, help: None }
+    }
+
+    /// Says what the value means to whoever gave one that breaks the rule.
+    #[must_use]
+    pub fn with_help(self, help: &'static str) -> Self {
+        Self { help: Some(help), ..self }
     }
 }
 

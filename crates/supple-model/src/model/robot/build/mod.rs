@@ -294,8 +294,9 @@ impl Build<'_> {
             let read = build(table.beside(&["name"]), &self.names())
                 .map_err(|error| self.document.read_error(&at, error))?
                 .map_err(|unfit| self.unfit(&keys, unfit))?;
-            for Rule { key, value, least, more } in read.rules() {
-                self.check(&[keys[0], keys[1], key.into()], value, least, more)?;
+            for Rule { key, value, least, more, help } in read.rules() {
+                let checked = self.check(&[keys[0], keys[1], key.into()], value, least, more);
+                checked.map_err(|error| FileError { help: help.map(str::to_owned).or(error.help.clone()), ..error })?;
             }
             if let Some(dof) = (0..self.joints.len()).find(|&dof| read.is_motor_of(dof))
                 && let Some(other) = elements.iter().find(|other| other.kind.is_motor_of(dof))
