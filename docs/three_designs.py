@@ -37,7 +37,7 @@ def bits(found: supple.Evaluation | supple.Design) -> dict[str, float]:
     reports = [task.information for task in found.tasks.values()]
     return {
         "needed": sum(report.needed.total_bits for report in reports),
-        "used": sum(report.control.total_bits for report in reports),
+        "used": sum(report.used.total_bits for report in reports),
         "measured": sum(report.total_bits for report in reports),
     }
 

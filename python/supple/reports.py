@@ -63,7 +63,7 @@ class CostReport(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlInformation(Record):
+class UsedInformation(Record):
     """The directed information from the state to the controls, exact for the linearised closed loop.
 
     Attributes:
@@ -111,7 +111,7 @@ class InformationReport(Record):
         entropy_form_nats: The entropy form, for comparison; ``None`` if a covariance is singular.
         paper_form_nats: The paper's printed form, for comparison; ``None`` if a covariance is singular.
         per_step_nats: Nats at each measurement, (N+1,).
-        control: The information the controller uses; ``None`` in results of versions that did not compute it.
+        used: The information the controller uses; ``None`` in results of versions that did not compute it.
         needed: The minimum over all sensors and controllers; ``None`` if it was not requested or not found.
         needed_not_found: Why ``needed`` was not found although it was requested; ``None`` otherwise.
         needed_takes_long: Whether ``needed`` was skipped because it takes long with so many states; ``task.bound()`` computes it.
@@ -124,7 +124,7 @@ class InformationReport(Record):
     entropy_form_nats: float | None
     paper_form_nats: float | None
     per_step_nats: Array
-    control: ControlInformation | None = None
+    used: UsedInformation | None = None
     needed: NeededInformation | None = None
     needed_takes_long: bool = False
     needed_not_found: str | None = None

@@ -20,7 +20,7 @@ def task() -> supple.Task:
 
 def bits(evaluation: Any) -> dict[str, float]:
     at = evaluation.tasks["press"].information
-    return {"needed": at.needed.total_bits, "used": at.control.total_bits, "measured": at.total_bits}
+    return {"needed": at.needed.total_bits, "used": at.used.total_bits, "measured": at.total_bits}
 
 
 def test_evaluations_have_all_three_and_roll_outs(task: supple.Task) -> None:

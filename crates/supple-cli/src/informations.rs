@@ -35,7 +35,7 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
     };
     [
         ("needed, bits", sum(|at| Some(at.needed.as_ref()?.total_bits)), aim.needed),
-        ("used, bits", sum(|at| Some(at.control.as_ref()?.total_bits)), aim.used),
+        ("used, bits", sum(|at| Some(at.used.as_ref()?.total_bits)), aim.used),
         ("measured, bits", sum(|at| Some(at.total_bits)), aim.measured),
         ("measured, bits/s", Box::new(rate), 0.0),
     ]
@@ -71,8 +71,8 @@ pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, St
     } else if let Some(why) = &information.needed_not_found {
         rows.push(("information needed", "-".into(), format!("not found: {why}")));
     }
-    if let Some(control) = &information.control {
-        rows.push(("information used", number(control.total_bits), "bits that the controller uses".into()));
+    if let Some(used) = &information.used {
+        rows.push(("information used", number(used.total_bits), "bits that the controller uses".into()));
     }
     rows.push(("information measured", number(information.total_bits), "bits".into()));
     rows.push(("", number(information.bits_per_step), "bits per step".into()));

@@ -224,7 +224,7 @@ impl Plan<'_> {
 
     fn information(&self, place: usize) -> Vec<Curve> {
         let measured = bits(&self.at.information.per_step_nats);
-        let used = self.at.information.control.as_ref().map(|control| bits(&control.per_step_nats));
+        let used = self.at.information.used.as_ref().map(|used| bits(&used.per_step_nats));
         let shown = |values: Vec<f64>| if place == 0 { values } else { sums(&values) };
         let mut list = vec![curve("measured", shown(measured))];
         list.extend(used.map(|used| curve("used", shown(used))));

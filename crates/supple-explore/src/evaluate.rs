@@ -103,7 +103,7 @@ impl Evaluated {
     pub fn bits(&self) -> [f64; 2] {
         let weights = self.problem.tasks.iter().map(|task| task.information_weight);
         weights.zip(&self.tasks).fold([0.0; 2], |[measured, used], (weight, task)| {
-            let control = task.information.control.as_ref().map_or(f64::NAN, |control| control.total_bits);
+            let control = task.information.used.as_ref().map_or(f64::NAN, |used| used.total_bits);
             [measured + weight * task.information.total_bits, used + weight * control]
         })
     }
@@ -132,7 +132,7 @@ fn task_numbers(task: &TaskEvaluation) -> Value {
         "converged": task.status.is_converged(),
         "iterations": task.iterations,
         "measured": task.information.total_bits,
-        "used": task.information.control.as_ref().map(|control| control.total_bits),
+        "used": task.information.used.as_ref().map(|used| used.total_bits),
         "expected": task.cost.expected,
         "parts": {
             "nominal": parts.nominal, "belief": parts.belief, "process": parts.process, "initial": parts.initial,

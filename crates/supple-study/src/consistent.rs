@@ -117,8 +117,8 @@ fn evaluated(about: &About, of: &AboutTask, found: &TaskEvaluation) -> Found {
     length("the cost of the estimation error by step", found.cost.belief_per_step.len(), steps)?;
     length("the value of information by step", found.cost.value_of_information_per_step.len(), steps)?;
     length("the information by step", found.information.per_step_nats.len(), steps.saturating_add(1))?;
-    if let Some(control) = &found.information.control {
-        length("the information used by step", control.per_step_nats.len(), steps)?;
+    if let Some(used) = &found.information.used {
+        length("the information used by step", used.per_step_nats.len(), steps)?;
     }
     found.gradient.as_ref().map_or(Ok(()), |gradient| of_gradient(about, gradient))?;
     found.trajectory.as_ref().map_or(Ok(()), |trajectory| of_trajectory(steps, trajectory))

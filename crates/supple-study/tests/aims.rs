@@ -43,7 +43,7 @@ fn row(name: &str, at: &Evaluation, parameters: &[(&str, usize)]) -> String {
         "| {name} | {} | {:.2} | {:.1} | {:.1} | {} | {} |",
         values.collect::<Vec<_>>().join(" | "),
         sum(|task| task.information.needed.as_ref().unwrap().total_bits),
-        sum(|task| task.information.control.as_ref().unwrap().total_bits),
+        sum(|task| task.information.used.as_ref().unwrap().total_bits),
         sum(|task| task.information.total_bits),
         costs(|task| task.cost.expected),
         costs(|task| task.monte_carlo.as_ref().unwrap().cost_mean),
@@ -200,7 +200,7 @@ fn designs_of_the_door_for_the_three_are_as_shown() {
     ]);
     // What the page says of the two optima.
     let bits = |at: &Evaluation, of: fn(&TaskEvaluation) -> f64| at.tasks.iter().map(of).sum::<f64>();
-    let control = |at: &Evaluation| bits(at, |task| task.information.control.as_ref().unwrap().total_bits);
+    let control = |at: &Evaluation| bits(at, |task| task.information.used.as_ref().unwrap().total_bits);
     let measured = |at: &Evaluation| bits(at, |task| task.information.total_bits);
     assert!(control(&report.optimum) < 1.04 * control(&used.1) && measured(&used.1) < 1.01 * measured(&report.optimum));
     for at in [&report.start, &report.optimum, &used.1] {

@@ -40,7 +40,7 @@
 //!
 //! // The sensor measures more than the controller uses, which uses more than meeting the cost limit requires.
 //! let information = &found.tasks[0].information;
-//! let used = information.control.as_ref().map_or(f64::NAN, |control| control.total_bits);
+//! let used = information.used.as_ref().map_or(f64::NAN, |used| used.total_bits);
 //! let needed = information.needed.as_ref().map_or(f64::NAN, |needed| needed.total_bits);
 //! assert!(found.feasible, "the expected cost, 11.9, is within the limit of 15");
 //! assert!((information.total_bits - 33.3).abs() < 0.01);
@@ -82,7 +82,7 @@ pub use controller::{Controller, ControllerRun};
 pub use elsewhere::{Elsewhere, Other, Runs};
 pub use error::Error;
 pub use evaluation::{
-    ContactCurve, ControlInformation, ControllerReport, CostCurve, CostReport, EvaluateOptions, Evaluation,
+    ContactCurve, UsedInformation, ControllerReport, CostCurve, CostReport, EvaluateOptions, Evaluation,
     FrozenReport, GradientReport, InformationReport, LimitReached, MeasurementReport, NeededInformation, Objective,
     QuantityCurve, TaskEvaluation, TotalReport, TrajectoryReport, Trust, Verdict, number_warnings, plan_warnings,
 };

@@ -46,7 +46,7 @@ fn designs_minimise_the_information_that_is_asked_for() {
     let arguments = ["design", "task.toml", "--starts", "1", "--rollouts", "0", "--json"];
     let measured = folder.run(&arguments).json(0);
     let used = folder.run(&[&arguments[..], &["--information", "used"]].concat()).json(0);
-    let bits = |found: &Value| number(&found["optimum"]["tasks"][0]["information"]["control"]["total_bits"]);
+    let bits = |found: &Value| number(&found["optimum"]["tasks"][0]["information"]["used"]["total_bits"]);
     assert_eq!(
         (&measured["settings"]["information"], &used["settings"]["information"]),
         (&json!("measured"), &json!("used"))

@@ -317,7 +317,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         if let (Some(a), Some(b)) = (&a.needed, &b.needed) {
             add(format!("information needed for {}", after.name), "bits", a.total_bits, b.total_bits, none());
         }
-        if let (Some(a), Some(b)) = (&a.control, &b.control) {
+        if let (Some(a), Some(b)) = (&a.used, &b.used) {
             add(format!("information used for {}", after.name), "bits", a.total_bits, b.total_bits, none());
         }
         add(format!("information measured for {}", after.name), "bits", a.total_bits, b.total_bits, none());
@@ -455,7 +455,7 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)], title: &str) -> M
         let values = part.describe(&at.parameters).join(", ");
         let mut row = vec![(*folder).to_owned(), values, number(at.objective.information_bits)];
         for task in &at.tasks {
-            let used = task.information.control.as_ref().map(|used| used.total_bits);
+            let used = task.information.used.as_ref().map(|used| used.total_bits);
             row.push(used.map_or_else(String::new, number));
             row.push(number(task.information.bits_per_second));
             row.push(number(task.cost.expected));

@@ -5,7 +5,7 @@ use supple_lqg::{Horizon, control_information, entropy_form, paper_form};
 use supple_model::{Channels, time_of};
 
 use super::curves::{contact_curves, cost_curves, quantity_curves};
-use super::report::{ControlInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
+use super::report::{UsedInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
 use super::sensing::measurements;
 use crate::Error;
 use crate::film::film;
@@ -44,7 +44,7 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
         needed: None,
         needed_takes_long: false,
         needed_not_found: None,
-        control: Some(control_report(state)?),
+        used: Some(used_report(state)?),
     })
 }
 
@@ -76,12 +76,12 @@ pub(super) fn add_needed(
     });
 }
 
-fn control_report(state: &TaskState) -> Result<ControlInformation, Error> {
+fn used_report(state: &TaskState) -> Result<UsedInformation, Error> {
     let per_step_nats = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
     let total_nats: f64 = per_step_nats.iter().sum();
     let total_bits = total_nats / std::f64::consts::LN_2;
     let bits_per_step = total_bits / per_step_nats.len() as f64;
-    Ok(ControlInformation { total_nats, total_bits, bits_per_step, per_step_nats })
+    Ok(UsedInformation { total_nats, total_bits, bits_per_step, per_step_nats })
 }
 
 /// Maximum number of runs kept in addition to the first one, and maximum count of their state values in all.

@@ -285,8 +285,8 @@ pub struct InformationReport {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needed_not_found: Option<String>,
     /// The information that the controller uses, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub control: Option<ControlInformation>,
+    #[serde(default, alias = "control", skip_serializing_if = "Option::is_none")]
+    pub used: Option<UsedInformation>,
 }
 
 impl InformationReport {
@@ -295,7 +295,7 @@ impl InformationReport {
     pub fn weighted_nats(&self, weights: InformationWeights) -> f64 {
         let part = |weight: f64, nats: Option<f64>| if weight == 0.0 { 0.0 } else { weight * nats.unwrap_or(0.0) };
         part(weights.needed, self.needed.as_ref().map(|needed| needed.total_nats))
-            + part(weights.used, self.control.as_ref().map(|control| control.total_nats))
+            + part(weights.used, self.used.as_ref().map(|used| used.total_nats))
             + part(weights.measured, Some(self.total_nats))
     }
 }
@@ -327,7 +327,7 @@ pub struct NeededInformation {
 /// Example: the [front page](crate).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct ControlInformation {
+pub struct UsedInformation {
     /// Over the whole task, nats.
     pub total_nats: f64,
     /// The same in bits.

@@ -79,7 +79,7 @@ fn the_steady_state_is_what_long_horizons_tend_to() {
     let nats = task.information.per_step_nats[300];
     let bits = steady.measurement_bits_per_step.unwrap() * std::f64::consts::LN_2;
     assert!((bits - nats).abs() < 1e-9, "{bits} and {nats}");
-    let nats = task.information.control.as_ref().unwrap().per_step_nats[300];
+    let nats = task.information.used.as_ref().unwrap().per_step_nats[300];
     let bits = steady.control_bits_per_step.unwrap() * std::f64::consts::LN_2;
     assert!((bits - nats).abs() < 1e-7, "{bits} and {nats}");
     // The ends of the horizon cost a little.

@@ -66,7 +66,7 @@ fn what_the_numbers_are_of_is_as_shown() {
             let of_joint = |name: &str| name.starts_with("velocity") && name.contains("iiwa_joint_7");
             let violated = task.limits_violated.iter().filter(|limit| of_joint(&limit.name));
             let fastest = violated.inspect(|limit| assert_eq!(limit.limit.abs(), 10.0)).map(|limit| limit.worst.abs());
-            let control = task.information.control.as_ref().unwrap().total_bits;
+            let control = task.information.used.as_ref().unwrap().total_bits;
             let fastest = fastest.fold(0.0, f64::max);
             format!("{:.1} | {control:.1} | {fastest:.0}", task.information.total_bits)
         });

@@ -193,3 +193,15 @@ fn sampled_plans_come_close_to_nominal_ones() {
     let again = sampled.evaluate(&phi, &options).unwrap();
     assert_eq!(a.tasks[0].cost.expected, again.tasks[0].cost.expected, "the seed decides");
 }
+
+#[test]
+fn information_under_its_older_key_still_reads() {
+    let problem = crate::common::shipped("two_mass_small.toml");
+    let at = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
+    let mut json = serde_json::to_value(&at.tasks[0].information).unwrap();
+    let used = json.as_object_mut().unwrap().remove("used").unwrap();
+    json["control"] = used;
+    let read: supple::InformationReport = serde_json::from_value(json).unwrap();
+    assert_eq!(read.used, at.tasks[0].information.used);
+    assert!(read.used.is_some_and(|used| used.total_bits > 1.0));
+}
