@@ -10,7 +10,7 @@ use crate::Error;
 use crate::continuation::{Failed, Neighbour, Scaling, continue_plan};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
-use crate::plan::{Asked, Patience, Plan, PlanMode};
+use crate::plan::{Asked, Patience, Plan, PlanMode, PlanStatus};
 use crate::problem::{Problem, Task};
 use crate::touching::misses_contact;
 
@@ -52,7 +52,7 @@ pub fn best_plan(
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut candidates = Candidates::default();
     let has_guess = !task.initial_control.is_empty();
-    let guess = if has_guess { task.guess(phi, 1.0) } else { state.first_guess(task, phi) };
+    let guess = if has_guess { task.guess(phi, 1.0) } else { state.first_guess(task, phi).1 };
     // The first guess takes a sweep.
     let swept = usize::from(!has_guess);
     if let Some((controls, before)) = state.approach(task, phi, settings, &guess) {
@@ -83,6 +83,22 @@ pub fn best_plan(
     }
     for controls in task.known_controls.iter().chain(neighbour) {
         candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
+    }
+    // Where feedback that keeps the first state costs less than the plan, an unstable system ran away from the guess.
+    if has_guess && neighbour.is_none() {
+        let (cost, held) = state.first_guess(task, phi);
+        if candidates.cost().is_some_and(|least| cost < least) {
+            candidates.plan(problem, task, phi, Start { before: 1, margin: SAME_BRANCH, ..Start::of(&held) }, state);
+        }
+    }
+    // A guess at which the cost has a saddle, as hanging still has where standing is wanted, leads nowhere.
+    if candidates.is_saddle() {
+        for size in SHAKES {
+            candidates.plan(problem, task, phi, Start::of(&shaken(&guess, size)), state);
+            if candidates.converged.is_some() {
+                break;
+            }
+        }
     }
     if let Some(error) = candidates.failure()
         && !matches!(explain(task, phi, error, &state.plan.trajectory), Error::TimeStep { .. })
@@ -157,6 +173,16 @@ impl Candidates {
         }
     }
 
+    /// The nominal cost of the best plan so far; `None` if there is no plan.
+    fn cost(&self) -> Option<f64> {
+        self.converged.as_ref().or(self.other.as_ref()).map(|plan| plan.nominal_cost)
+    }
+
+    /// Whether no plan converged, and the best one has directions in which its cost falls.
+    fn is_saddle(&self) -> bool {
+        self.converged.is_none() && self.other.as_ref().is_some_and(|plan| plan.status == PlanStatus::Indefinite)
+    }
+
     /// The error, if there is no plan at all.
     fn failure(&self) -> Option<Error> {
         self.error.clone().filter(|_| self.converged.is_none() && self.other.is_none())
@@ -172,6 +198,21 @@ impl Candidates {
         kept.passed_over = other.as_ref().map(|other| other.objective).filter(much_less);
         Ok(kept)
     }
+}
+
+/// Sizes of the random changes with which searches leave a saddle, relative to 1 plus the control.
+const SHAKES: [f64; 2] = [1e-3, 1e-1];
+
+/// Controls with random changes of a size, always the same.
+fn shaken(controls: &Matrices, size: f64) -> Matrices {
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let mut shaken = controls.clone();
+    for t in 0..shaken.count() {
+        for entry in shaken.vector_mut(t) {
+            *entry += size * (1.0 + entry.abs()) * (2.0 * uniform(&mut random) - 1.0);
+        }
+    }
+    shaken
 }
 
 /// Relative cost difference from which a cheaper plan that did not converge is reported.

@@ -82,9 +82,9 @@ pub use controller::{Controller, ControllerRun};
 pub use elsewhere::{Elsewhere, Other, Runs};
 pub use error::Error;
 pub use evaluation::{
-    ContactCurve, UsedInformation, ControllerReport, CostCurve, CostReport, EvaluateOptions, Evaluation,
-    FrozenReport, GradientReport, InformationReport, LimitReached, MeasurementReport, NeededInformation, Objective,
-    QuantityCurve, TaskEvaluation, TotalReport, TrajectoryReport, Trust, Verdict, number_warnings, plan_warnings,
+    ContactCurve, ControllerReport, CostCurve, CostReport, EvaluateOptions, Evaluation, FrozenReport, GradientReport,
+    InformationReport, LimitReached, MeasurementReport, NeededInformation, Objective, QuantityCurve, TaskEvaluation,
+    TotalReport, TrajectoryReport, Trust, UsedInformation, Verdict, number_warnings, plan_warnings,
 };
 pub use feasibility::{FEASIBILITY, meets, violation};
 pub use growth::stability;

@@ -172,8 +172,8 @@ impl TaskState {
         found
     }
 
-    /// The controls from which a task that has no first guess of its own is planned.
-    pub(crate) fn first_guess(&mut self, task: &Task, phi: &[f64]) -> Matrices {
+    /// The cost and the controls of a motion from which a task that has no first guess of its own is planned.
+    pub(crate) fn first_guess(&mut self, task: &Task, phi: &[f64]) -> (f64, Matrices) {
         self.forget();
         task.write_guess(phi, None, &mut self.plan.trajectory);
         first_guess(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
@@ -192,7 +192,7 @@ impl TaskState {
     ) -> Result<(), Error> {
         let asked = Asked::of(settings, Patience::Full);
         if controls.is_none() && task.initial_control.is_empty() {
-            let found = self.first_guess(task, phi);
+            let (_, found) = self.first_guess(task, phi);
             self.plan_with(task.at(phi), asked, &found)?;
             // The first guess takes a sweep.
             self.plan.iterations += 1;

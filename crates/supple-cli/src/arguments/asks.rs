@@ -1,10 +1,44 @@
+use clap::Args;
+use serde::de::DeserializeOwned;
 use supple_study::LoadedTask;
 use supple_study::study::Work;
 
 use super::{Output, TaskArguments};
 use crate::failure::Failure;
 
+/// What a command that runs a study asks for beside its task: long options on the command line, keys in a study file.
+pub trait Ask: Args + DeserializeOwned + std::fmt::Debug {
+    /// The work to do on the task.
+    fn work(&self, on: &Subject) -> Result<Work, Failure>;
+
+    /// Number of threads; `None` lets the program choose.
+    fn jobs(&self) -> Option<usize> {
+        None
+    }
+}
+
+/// What a study is made of.
+pub struct Subject<'a> {
+    /// The task, with its parameters set.
+    pub task: &'a LoadedTask,
+    /// The parameters that were set, as `NAME=VALUE`.
+    pub set: &'a [String],
+    /// Whether the result is kept in a folder.
+    pub is_kept: bool,
+}
+
 /// Arguments of a command that runs a study.
+#[derive(Args, Debug)]
+pub struct Asked<A: Args> {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    #[command(flatten)]
+    pub ask: A,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Arguments of any command that runs a study.
 pub trait Asks {
     /// The task.
     fn task(&self) -> &TaskArguments;
@@ -16,7 +50,23 @@ pub trait Asks {
     fn work(&self, task: &LoadedTask) -> Result<Work, Failure>;
 
     /// Number of threads; `None` lets the program choose.
+    fn jobs(&self) -> Option<usize>;
+}
+
+impl<A: Ask> Asks for Asked<A> {
+    fn task(&self) -> &TaskArguments {
+        &self.task
+    }
+
+    fn output(&self) -> &Output {
+        &self.output
+    }
+
+    fn work(&self, task: &LoadedTask) -> Result<Work, Failure> {
+        self.ask.work(&Subject { task, set: &self.task.set, is_kept: self.output.out.is_some() })
+    }
+
     fn jobs(&self) -> Option<usize> {
-        None
+        self.ask.jobs()
     }
 }

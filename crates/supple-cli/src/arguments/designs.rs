@@ -2,15 +2,15 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use serde::Deserialize;
 use supple::design::{GradientKind, InformationWeights, Method};
 use supple_text::capitalised;
 
-use super::{Output, TaskArguments, count, seed};
+use super::{Count, seed};
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct DesignOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// Optimiser
     #[arg(long, value_parser = method())]
     pub method: Option<Method>,
@@ -23,17 +23,15 @@ pub struct DesignOptions {
     #[arg(long, value_name = "KIND")]
     pub information: Option<InformationWeights>,
     /// Number of starts: the initial values first, then seeded random values
-    #[arg(long, value_name = "N", value_parser = count(1, 10_000))]
-    pub starts: Option<usize>,
+    #[arg(long, value_name = "N")]
+    pub starts: Option<Count<1, 10_000>>,
     /// Seed of all random numbers
     #[arg(long, value_name = "S", value_parser = seed)]
     pub seed: Option<u64>,
     /// Closed-loop roll-outs at the start and at the optimum; 0 for none [default: the value in the task file, or
     /// 256, or fewer with more than 32 states]
-    #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
-    pub rollouts: Option<usize>,
-    #[command(flatten)]
-    pub output: Output,
+    #[arg(long, value_name = "N")]
+    pub rollouts: Option<Count<0, 10_000_000>>,
 }
 
 /// Reads an optimiser.
@@ -59,29 +57,27 @@ fn named<T: Copy + Send + Sync + 'static>(
     PossibleValuesParser::new(values).try_map(find)
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct EvaluateOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// Gradients to print
-    #[arg(long, value_enum, default_value_t = GradientChoice::None)]
+    #[arg(long, value_enum, default_value_t)]
     pub gradient: GradientChoice,
     /// Closed-loop roll-outs with noise and an extended Kalman filter; 0 for none [default: the value in the task file,
     /// or 256, or fewer with more than 32 states]
-    #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
-    pub rollouts: Option<usize>,
+    #[arg(long, value_name = "N")]
+    pub rollouts: Option<Count<0, 10_000_000>>,
     /// Attempts to find a cheaper plan at another local minimum; without them, two attempts warn of a plan that costs 1 %
     /// less
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
-    pub branches: usize,
+    #[arg(long, value_name = "N", default_value_t)]
+    pub branches: Count<0, 10_000>,
     /// Seed of roll-outs and branch searches
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
-    #[command(flatten)]
-    pub output: Output,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "snake_case")]
 pub enum GradientChoice {
     /// Plan, feedback and filter all vary with the parameters
     Total,
@@ -90,5 +86,6 @@ pub enum GradientChoice {
     /// Both
     Both,
     /// None
+    #[default]
     None,
 }

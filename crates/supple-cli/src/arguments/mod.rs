@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
-use clap::builder::TypedValueParser;
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use serde::Deserializer;
 use supple::Level;
 use supple_study::{Folder, LoadedTask, StudyError};
 
@@ -9,11 +9,13 @@ use crate::failure::Failure;
 use crate::output::warn;
 
 mod asks;
+mod count;
 mod designs;
 mod robots;
 mod studies;
 
-pub use asks::Asks;
+pub use asks::{Ask, Asked, Asks, Subject};
+pub use count::{Count, texts};
 pub use designs::{DesignOptions, EvaluateOptions, GradientChoice, gradient_kind, method};
 pub use robots::{ModelKind, NewOptions, RobotFormat, RobotOptions};
 pub use studies::{
@@ -40,23 +42,14 @@ impl Arguments {
         let mut matches = command_line().get_matches();
         Self::from_arg_matches_mut(&mut matches).unwrap_or_else(|error| error.format(&mut command_line()).exit())
     }
-
-    /// Parses the arguments of a step of a study file, which follow the program's name.
-    ///
-    /// # Errors
-    /// If they are not valid arguments of a command.
-    pub fn of_words(words: impl Iterator<Item = String>) -> Result<Self, clap::Error> {
-        let mut matches = command_line().try_get_matches_from(words)?;
-        Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command_line()))
-    }
 }
 
 /// Options of every command.
 #[derive(Args, Debug)]
 pub struct Common {
     /// Threads to use [default: all cores]. Results do not depend on this number
-    #[arg(long, global = true, value_name = "N", value_parser = count(1, 1024))]
-    threads: Option<usize>,
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<Count<1, 1024>>,
     /// Vector instructions to use [default: the machine's best]. `baseline` gives bit-identical results on every x86-64
     #[arg(long, global = true, value_enum)]
     instructions: Option<Instructions>,
@@ -81,7 +74,7 @@ impl Common {
                 return Err(Failure::usage(format!("this machine has no {instructions:?} instructions")));
             }
         }
-        if let Some(threads) = self.threads {
+        if let Some(Count(threads)) = self.threads {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
             pool.map_err(|error| Failure::usage(format!("--threads {threads}: {error}")))?;
         }
@@ -142,32 +135,62 @@ pub enum Command {
 #[derive(Debug, Subcommand)]
 pub enum StudyCommand {
     /// Find the parameters with the least information that stay within every cost limit
-    Design(DesignOptions),
+    Design(Asked<DesignOptions>),
     /// Plan the tasks at given parameters and compute information, cost and gradients
-    Evaluate(EvaluateOptions),
+    Evaluate(Asked<EvaluateOptions>),
     /// Evaluate a grid of designs
     ///
     /// With --out, a journal in the folder records finished points, and the same command resumes after an interruption.
     /// With --json, one JSON object per point is printed.
-    Sweep(SweepOptions),
+    Sweep(Asked<SweepOptions>),
     /// Compare the costs of designs in closed loop as a noise variance grows
-    Robustness(RobustnessOptions),
+    Robustness(Asked<RobustnessOptions>),
     /// Trace the Pareto front of information and cost
-    Pareto(ParetoOptions),
+    Pareto(Asked<ParetoOptions>),
     /// Compute the minimum information required, over all sensors and controllers, with a certificate
-    Bound(BoundOptions),
+    Bound(Asked<BoundOptions>),
     /// Choose sensors from a catalogue and report what each sensor is worth
     ///
     /// With --budget or --count: the set within these limits that has the lowest expected cost (or the most
     /// information). With --cost: the cheapest set that keeps the expected cost within the limit. If the task file has
     /// no catalogue, the candidates are the task's own measurements, without prices; if nothing has a price, the
     /// cheapest set is the smallest.
-    Sensors(SensorsOptions),
+    Sensors(Asked<SensorsOptions>),
     /// Record the paths of design searches
-    Trace(TraceOptions),
+    Trace(Asked<TraceOptions>),
 }
 
 impl StudyCommand {
+    /// The command of a name, with options read from a table of a study file.
+    ///
+    /// # Errors
+    /// Where an option is unknown, missing or not valid; `None` where no command has this name.
+    pub fn read<'de, D: Deserializer<'de>>(
+        name: &str,
+        options: D,
+        (task, output): (TaskArguments, Output),
+    ) -> Option<Result<Self, D::Error>> {
+        fn read<'de, A: Ask, D: Deserializer<'de>>(
+            options: D,
+            (task, output): (TaskArguments, Output),
+            of: fn(Asked<A>) -> StudyCommand,
+        ) -> Result<StudyCommand, D::Error> {
+            A::deserialize(options).map(|ask| of(Asked { task, ask, output }))
+        }
+        let common = (task, output);
+        Some(match name {
+            "design" => read(options, common, Self::Design),
+            "evaluate" => read(options, common, Self::Evaluate),
+            "sweep" => read(options, common, Self::Sweep),
+            "robustness" => read(options, common, Self::Robustness),
+            "pareto" => read(options, common, Self::Pareto),
+            "bound" => read(options, common, Self::Bound),
+            "sensors" => read(options, common, Self::Sensors),
+            "trace" => read(options, common, Self::Trace),
+            _ => return None,
+        })
+    }
+
     /// The arguments of the command.
     pub fn asks(&self) -> &dyn Asks {
         match self {
@@ -180,14 +203,6 @@ impl StudyCommand {
             Self::Sensors(options) => options,
             Self::Trace(options) => options,
         }
-    }
-}
-
-/// Parses a whole number within a range; the upper limit keeps memory use within bounds.
-fn count(least: usize, most: usize) -> impl TypedValueParser<Value = usize> {
-    move |text: &str| {
-        let number = text.parse().ok().filter(|number| (least..=most).contains(number));
-        number.ok_or_else(|| format!("must be a whole number from {least} to {most}; found {text}"))
     }
 }
 

@@ -3,48 +3,52 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use serde::{Deserialize, Deserializer};
 use supple::design::{GradientKind, Method, ROLLOUTS};
 
-use super::{Output, TaskArguments, count, gradient_kind, method, seed};
+use super::count::{choices, count_or_flag, texts};
+use super::{Count, gradient_kind, method, seed};
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SweepOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// An axis: NAME=FROM:TO:COUNT evenly spaced, NAME=log:FROM:TO:COUNT by equal factors, or NAME=A,B,..; may be repeated
     ///
     /// The last axis changes fastest.
     #[arg(long, value_name = "NAME=VALUES", required = true)]
+    #[serde(deserialize_with = "texts")]
     pub grid: Vec<String>,
     /// Closed-loop roll-outs at every point
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 1_000_000))]
-    pub rollouts: usize,
+    #[arg(long, value_name = "N", default_value_t)]
+    #[serde(default)]
+    pub rollouts: Count<0, 1_000_000>,
     /// At every point, optimise the parameters that are not on an axis, from this many starts
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
-    pub starts: usize,
+    #[arg(long, value_name = "N", default_value_t)]
+    #[serde(default)]
+    pub starts: Count<0, 10_000>,
     /// At every point, attempts to find a cheaper plan at another local minimum
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000), conflicts_with = "starts")]
-    pub branches: usize,
+    #[arg(long, value_name = "N", default_value_t, conflicts_with = "starts")]
+    #[serde(default)]
+    pub branches: Count<0, 10_000>,
     /// Seed of roll-outs and searches
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
+    #[serde(default)]
     pub seed: u64,
     /// Points to evaluate in parallel [default: all cores]
-    #[arg(long, value_name = "N", value_parser = count(1, 1024))]
-    pub jobs: Option<usize>,
-    #[command(flatten)]
-    pub output: Output,
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<Count<1, 1024>>,
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RobustnessOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// Designs, separated by commas: `start`, `optimum`, or NAME=PARAMETER:VALUE,PARAMETER:VALUE,..
     ///
     /// `start` has the task's initial values, after --set; `optimum` is what `supple design` finds from there; other
     /// designs are the start with some parameters changed. The first optimum, or else the last design, is compared with
     /// every other design.
-    #[arg(long, value_name = "DESIGNS", default_value = "start,optimum")]
+    #[arg(long, value_name = "DESIGNS", default_value_t = RobustnessOptions::both())]
+    #[serde(default = "RobustnessOptions::both")]
     pub designs: String,
     /// Parameter to vary: NAME=FROM:TO:COUNT or NAME=A,B,..
     ///
@@ -54,115 +58,143 @@ pub struct RobustnessOptions {
     #[arg(long, value_name = "NAME=VALUES")]
     pub vary: String,
     /// Closed-loop roll-outs at every point
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = count(2, 1_000_000))]
-    pub rollouts: usize,
+    #[arg(long, value_name = "N", default_value_t = RobustnessOptions::some())]
+    #[serde(default = "RobustnessOptions::some")]
+    pub rollouts: Count<2, 1_000_000>,
     /// Seed of the roll-outs; all designs use the same random numbers
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
+    #[serde(default)]
     pub seed: u64,
-    #[command(flatten)]
-    pub output: Output,
 }
 
-#[derive(Args, Debug)]
+impl RobustnessOptions {
+    /// The designs to compare by default.
+    fn both() -> String {
+        "start,optimum".to_owned()
+    }
+
+    /// The number of roll-outs by default.
+    fn some() -> Count<2, 1_000_000> {
+        Count(20)
+    }
+}
+
+#[derive(Args, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct ParetoOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// Number of points on the front
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = count(2, 10_000))]
-    pub points: usize,
+    #[arg(long, value_name = "N", default_value_t = ParetoOptions::default().points)]
+    pub points: Count<2, 10_000>,
     /// Starts for the front's unconstrained end
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = count(1, 10_000))]
-    pub starts: usize,
+    #[arg(long, value_name = "N", default_value_t = ParetoOptions::default().starts)]
+    pub starts: Count<1, 10_000>,
     /// Seed of the starts
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
-    #[command(flatten)]
-    pub output: Output,
 }
 
-#[derive(Args, Debug)]
+impl Default for ParetoOptions {
+    fn default() -> Self {
+        Self { points: Count(20), starts: Count(4), seed: 0 }
+    }
+}
+
+#[derive(Args, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct SensorsOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// Limit on the total price of the chosen sensors
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
     pub budget: Option<f64>,
     /// Limit on the number of chosen sensors
-    #[arg(long, value_name = "K", value_parser = count(0, 1_000_000), allow_hyphen_values = true)]
-    pub count: Option<usize>,
+    #[arg(long, value_name = "K", allow_hyphen_values = true)]
+    pub count: Option<Count<0, 1_000_000>>,
     /// Choose the cheapest set whose expected cost is at most D
     #[arg(long, value_name = "D", allow_hyphen_values = true)]
     pub cost: Option<f64>,
     /// Objective of the selection
-    #[arg(long = "for", value_enum, value_name = "GOAL", default_value_t = SensorGoalArgument::Cost)]
+    #[arg(long = "for", value_enum, value_name = "GOAL", default_value_t)]
+    #[serde(rename = "for")]
     pub goal: SensorGoalArgument,
     /// Search method
-    #[arg(long, value_enum, default_value_t = SensorMethodArgument::Both)]
+    #[arg(long, value_enum, default_value_t)]
     pub method: SensorMethodArgument,
     /// Task to consider [default: the sum of all tasks]
     #[arg(long = "task", value_name = "NAME")]
+    #[serde(skip)]
     pub name: Option<String>,
-    #[command(flatten)]
-    pub output: Output,
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct BoundOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// Task whose bounds to compute [default: all tasks]
     #[arg(long = "task", value_name = "NAME")]
+    #[serde(skip)]
     pub name: Option<String>,
     /// Limit on the expected cost, over the task, or per step with --stationary [default: the cost of the design
     /// itself]
     #[arg(long, value_name = "D", allow_hyphen_values = true)]
     pub cost: Option<f64>,
     /// Also compute the minimum over a range of costs, at N points; 20 if N is omitted
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20", require_equals = true, value_parser = count(2, 10_000))]
-    pub curve: Option<usize>,
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20", require_equals = true)]
+    #[serde(deserialize_with = "curve")]
+    pub curve: Option<Count<2, 10_000>>,
     /// Bounds per step in the steady state, for linear time-invariant models
     #[arg(long)]
     pub stationary: bool,
-    #[command(flatten)]
-    pub output: Output,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+/// As `--curve`, with or without a number.
+fn curve<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Count<2, 10_000>>, D::Error> {
+    count_or_flag(deserializer, 20)
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, ValueEnum)]
+#[serde(rename_all = "snake_case")]
 pub enum SensorGoalArgument {
     /// Lowest expected cost
+    #[default]
     Cost,
     /// Most information
     Information,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, ValueEnum)]
+#[serde(rename_all = "snake_case")]
 pub enum SensorMethodArgument {
     /// Add one sensor at a time
     Greedy,
     /// Search all sets; with more than 15 candidates, by branch and bound until the best set is proved
     Exhaustive,
     /// Both; with more than 15 candidates, branch and bound stops after 2,000 regions
+    #[default]
     Both,
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct TraceOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
     /// Number of starts: the initial values first, then seeded random values
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = count(1, 10_000))]
-    pub starts: usize,
+    #[arg(long, value_name = "N", default_value_t = TraceOptions::default().starts)]
+    pub starts: Count<1, 10_000>,
     /// Optimisers to compare
     #[arg(long, value_parser = method(), value_delimiter = ',', default_value = "sqp,barrier")]
+    #[serde(deserialize_with = "choices")]
     pub method: Vec<Method>,
     /// Gradients to compare
     #[arg(long, value_parser = gradient_kind(), value_delimiter = ',', default_value = "total,frozen")]
+    #[serde(deserialize_with = "choices")]
     pub gradient: Vec<GradientKind>,
     /// Seed of the starts
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
-    #[command(flatten)]
-    pub output: Output,
+}
+
+impl Default for TraceOptions {
+    fn default() -> Self {
+        let (method, gradient) = (vec![Method::Sqp, Method::Barrier], GradientKind::ALL.to_vec());
+        Self { starts: Count(10), method, gradient, seed: 0 }
+    }
 }
 
 #[derive(Args, Debug)]
@@ -184,10 +216,12 @@ pub struct ReportOptions {
     pub out: PathBuf,
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PlotOptions {
     /// Folders of results, all drawn into one figure
     #[arg(value_name = "DIR", required = true)]
+    #[serde(skip)]
     pub folders: Vec<PathBuf>,
     /// What to draw
     #[arg(long, value_enum)]
@@ -199,14 +233,17 @@ pub struct PlotOptions {
     #[arg(long, value_enum)]
     pub format: Option<Format>,
     /// Width
-    #[arg(long, value_enum, default_value_t = Width::Column)]
+    #[arg(long, value_enum, default_value_t)]
+    #[serde(default)]
     pub width: Width,
     /// File to write [default: the figure's name, in the current folder]
     #[arg(long, value_name = "FILE")]
+    #[serde(skip)]
     pub out: Option<PathBuf>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "snake_case")]
 pub enum FigureArgument {
     /// Cost and information over two parameters, with the paths of searches
     Landscape,
@@ -226,7 +263,8 @@ pub enum FigureArgument {
     Motion,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "snake_case")]
 pub enum Format {
     /// Vector graphics for web pages
     Svg,
@@ -236,9 +274,11 @@ pub enum Format {
     Pdf,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "snake_case")]
 pub enum Width {
     /// One column of a two-column paper, 88 mm
+    #[default]
     Column,
     /// Both columns, 180 mm
     Page,
@@ -274,8 +314,8 @@ pub struct ExportOptions {
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Closed-loop roll-outs of this controller with the nonlinear model; 0 for none
-    #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = count(0, 10_000_000))]
-    pub rollouts: usize,
+    #[arg(long, value_name = "N", default_value_t = Count(ROLLOUTS))]
+    pub rollouts: Count<0, 10_000_000>,
     /// Seed of the roll-outs
     #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
@@ -297,8 +337,8 @@ pub struct ValidateOptions {
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
     /// Closed-loop roll-outs of each task
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = count(2, 100_000))]
-    pub rollouts: usize,
+    #[arg(long, value_name = "N", default_value_t = Count(200))]
+    pub rollouts: Count<2, 100_000>,
     /// Contact law on MuJoCo
     #[arg(long, value_enum, default_value_t = ContactArgument::Same)]
     pub contact: ContactArgument,

@@ -1,21 +1,13 @@
-use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use crate::arguments::{Asks, BoundOptions, Output, TaskArguments};
+use crate::arguments::{Ask, BoundOptions, Subject};
 use crate::failure::Failure;
 
 /// `supple bound TASK`
-impl Asks for BoundOptions {
-    fn task(&self) -> &TaskArguments {
-        &self.task
-    }
-
-    fn output(&self) -> &Output {
-        &self.output
-    }
-
-    fn work(&self, _: &LoadedTask) -> Result<Work, Failure> {
+impl Ask for BoundOptions {
+    fn work(&self, _: &Subject) -> Result<Work, Failure> {
         let Self { cost, curve, stationary, .. } = *self;
-        Ok(Work::Bound(supple_study::bound::BoundOptions { task: self.name.clone(), cost, stationary, curve }))
+        let (task, curve) = (self.name.clone(), curve.map(|points| points.0));
+        Ok(Work::Bound(supple_study::bound::BoundOptions { task, cost, stationary, curve }))
     }
 }

@@ -1,20 +1,11 @@
-use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use crate::arguments::{Asks, DesignOptions, Output, TaskArguments};
+use crate::arguments::{Ask, Count, DesignOptions, Subject};
 use crate::failure::Failure;
 
 /// `supple design TASK`
-impl Asks for DesignOptions {
-    fn task(&self) -> &TaskArguments {
-        &self.task
-    }
-
-    fn output(&self) -> &Output {
-        &self.output
-    }
-
-    fn work(&self, task: &LoadedTask) -> Result<Work, Failure> {
+impl Ask for DesignOptions {
+    fn work(&self, &Subject { task, .. }: &Subject) -> Result<Work, Failure> {
         let mut settings = task.problem.design.clone();
         if let Some(method) = self.method {
             settings.method = method;
@@ -22,7 +13,7 @@ impl Asks for DesignOptions {
         if let Some(gradient) = self.gradient {
             settings.gradient = gradient;
         }
-        if let Some(starts) = self.starts {
+        if let Some(Count(starts)) = self.starts {
             settings.starts = starts;
         }
         if let Some(seed) = self.seed {
@@ -31,7 +22,7 @@ impl Asks for DesignOptions {
         if let Some(information) = self.information {
             settings.information = information;
         }
-        if let Some(rollouts) = self.rollouts {
+        if let Some(Count(rollouts)) = self.rollouts {
             settings.rollouts = Some(rollouts);
         }
         settings.check().map_err(|unfit| Failure::usage(format!("--{unfit}")))?;

@@ -35,8 +35,8 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
         print_text(&format!("wrote {}\n", path.display()))?;
     }
     let mut outcome = Outcome::Success;
-    if options.rollouts > 0 {
-        outcome = outcome.and(roll_out(&exported, Rollouts { count: options.rollouts, seed: options.seed })?);
+    if options.rollouts.0 > 0 {
+        outcome = outcome.and(roll_out(&exported, Rollouts { count: options.rollouts.0, seed: options.seed })?);
     }
     if !exported.status.is_converged() {
         let (task, status) = (&exported.task.name, exported.status);

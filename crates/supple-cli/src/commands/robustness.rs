@@ -1,23 +1,15 @@
 use supple::parameters::Scale;
+use supple_study::StudyError;
 use supple_study::robustness::DesignChoice;
 use supple_study::study::Work;
 use supple_study::sweep::Axis;
-use supple_study::{LoadedTask, StudyError};
 
-use crate::arguments::{Asks, Output, RobustnessOptions, TaskArguments};
+use crate::arguments::{Ask, Count, RobustnessOptions, Subject};
 use crate::failure::Failure;
 
 /// `supple robustness TASK`
-impl Asks for RobustnessOptions {
-    fn task(&self) -> &TaskArguments {
-        &self.task
-    }
-
-    fn output(&self) -> &Output {
-        &self.output
-    }
-
-    fn work(&self, task: &LoadedTask) -> Result<Work, Failure> {
+impl Ask for RobustnessOptions {
+    fn work(&self, &Subject { task, .. }: &Subject) -> Result<Work, Failure> {
         let of = |option: &'static str| move |error: StudyError| Failure::usage(format!("{option} {error}"));
         let designs = DesignChoice::parse_list(&self.designs, task).map_err(of("--designs:"))?;
         // A parameter on a logarithmic scale is varied by equal ratios.
@@ -25,7 +17,7 @@ impl Asks for RobustnessOptions {
         let parameter = task.problem.parameters.iter().find(|parameter| parameter.name == name);
         let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);
         let vary = Axis::parse_as(&self.vary, task, spread).map_err(of("--vary"))?;
-        let Self { rollouts, seed, .. } = *self;
+        let Self { rollouts: Count(rollouts), seed, .. } = *self;
         Ok(Work::Robustness(supple_study::robustness::RobustnessOptions { designs, vary, rollouts, seed }))
     }
 }

@@ -1,24 +1,15 @@
-use supple_study::LoadedTask;
 use supple_study::sensors::{SensorGoal, SensorMethod};
 use supple_study::study::Work;
 
-use crate::arguments::{Asks, Output, SensorGoalArgument, SensorMethodArgument, SensorsOptions, TaskArguments};
+use crate::arguments::{Ask, SensorGoalArgument, SensorMethodArgument, SensorsOptions, Subject};
 use crate::failure::Failure;
 
 /// `supple sensors TASK`
-impl Asks for SensorsOptions {
-    fn task(&self) -> &TaskArguments {
-        &self.task
-    }
-
-    fn output(&self) -> &Output {
-        &self.output
-    }
-
-    fn work(&self, _: &LoadedTask) -> Result<Work, Failure> {
+impl Ask for SensorsOptions {
+    fn work(&self, _: &Subject) -> Result<Work, Failure> {
         Ok(Work::Sensors(supple_study::sensors::SensorsOptions {
             budget: self.budget,
-            count: self.count,
+            count: self.count.map(|count| count.0),
             cost: self.cost,
             goal: match self.goal {
                 SensorGoalArgument::Cost => SensorGoal::Cost,

@@ -1,22 +1,13 @@
-use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use crate::arguments::{Asks, Output, TaskArguments, TraceOptions};
+use crate::arguments::{Ask, Subject, TraceOptions};
 use crate::failure::Failure;
 
 /// `supple trace TASK`
-impl Asks for TraceOptions {
-    fn task(&self) -> &TaskArguments {
-        &self.task
-    }
-
-    fn output(&self) -> &Output {
-        &self.output
-    }
-
-    fn work(&self, _: &LoadedTask) -> Result<Work, Failure> {
+impl Ask for TraceOptions {
+    fn work(&self, _: &Subject) -> Result<Work, Failure> {
         Ok(Work::Trace(supple_study::trace::TraceOptions {
-            starts: self.starts,
+            starts: self.starts.0,
             methods: self.method.clone(),
             gradients: self.gradient.clone(),
             seed: self.seed,

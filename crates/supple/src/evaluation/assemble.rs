@@ -5,7 +5,7 @@ use supple_lqg::{Horizon, control_information, entropy_form, paper_form};
 use supple_model::{Channels, time_of};
 
 use super::curves::{contact_curves, cost_curves, quantity_curves};
-use super::report::{UsedInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
+use super::report::{CostReport, InformationReport, NeededInformation, TrajectoryReport, UsedInformation};
 use super::sensing::measurements;
 use crate::Error;
 use crate::film::film;

@@ -13,7 +13,7 @@ use crate::knots::Linearise as _;
 /// Shares of the feedforward that are tried: with 0, feedback alone keeps the system where it is.
 const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.0];
 
-/// The controls of the cheapest of some motions from the first state (theory, equation P.3b): under constant controls, which
+/// Cost and controls of the cheapest of some motions from the first state (theory, equation P.3b): under constant controls, which
 /// are given in the plan's trajectory and hold the first state as well as they can; without controls; and under the control
 /// law of the linear-quadratic problem about the first state, as if it were held there.
 ///
@@ -24,7 +24,7 @@ pub(crate) fn first_guess(
     plan: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
-) -> Matrices {
+) -> (f64, Matrices) {
     let NominalProblem { system, phi, bounds } = problem;
     let mut least = if roll_out(problem, plan, scratch).is_ok() { plan.nominal_cost } else { f64::INFINITY };
     let mut best = plan.trajectory.controls.clone();
@@ -42,7 +42,7 @@ pub(crate) fn first_guess(
     let cost = system.roll_out(RollOut::Controls, phi, candidate, scratch);
     compare(cost, candidate);
     by_law(problem, plan, candidate, scratch, compare);
-    best
+    (least, best)
 }
 
 /// Rolls out the controls in the plan's trajectory; if their cost overflows, as that of an unstable system does over a long

@@ -163,6 +163,9 @@ impl<'de> Visitor<'de> for Written {
     }
 
     fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
+        if name.contains('=') {
+            return name.parse().map_err(E::custom);
+        }
         let names = &["needed", "used", "measured"];
         InformationWeights::of_kind(name).ok_or_else(|| E::unknown_variant(name, names))
     }
@@ -202,6 +205,7 @@ mod tests {
         assert_eq!(read("\"used\""), Ok(InformationWeights { needed: 0.0, used: 1.0, measured: 0.0 }));
         let both = read("{ needed = 1.0, measured = 0.01 }").unwrap();
         assert_eq!(both.to_string(), "1 needed + 0.01 measured");
+        assert_eq!(read("\"needed=1,measured=0.01\""), Ok(both));
         assert!(read("\"wanted\"").unwrap_err().contains("`needed`, `used`, `measured`"));
         assert!(read("{ wanted = 1.0 }").unwrap_err().contains("wanted"));
         for weights in [both, InformationWeights::MEASURED] {

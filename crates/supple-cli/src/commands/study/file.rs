@@ -1,20 +1,18 @@
 //! Study files: several studies and figures in one file, made by one command.
 //!
-//! A step is a command of `supple`: the keys of its table are the command's long options, read by the command line's own
-//! parser, so that a file and a shell have one list of options and one set of checks.
+//! The keys of a step are the long options of its command: one type per command holds them, read from a file by serde and
+//! from a shell by clap, so that both have one list of options and one set of checks.
 
-use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-use clap::Subcommand;
-use clap::error::{ContextKind, ErrorKind};
-use serde::de::{SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use clap::{Subcommand, ValueEnum};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use supple::FileError;
-use supple_file::{Document, Place, parse_document, read_text};
+use supple_file::{Document, Place, Reader, parse_document, read_text};
 use supple_study::Source;
 
-use crate::arguments::{Arguments, Command, PlotOptions, StudyCommand};
+use crate::arguments::{Format, Output, PlotOptions, StudyCommand, TaskArguments, texts};
 
 /// A study file as it was read.
 ///
@@ -60,62 +58,42 @@ type At = (&'static str, usize);
 /// The folder of figures in that of a study.
 const FIGURES: &str = "figures";
 
+/// What a file has at its top; the tables of the lists are read one by one.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Top {
     title: String,
+}
+
+const LISTS: &[&str] = &["steps", "figures"];
+
+/// The keys that all steps have; the others are options of the command.
+#[derive(Deserialize)]
+struct StepKeys {
+    name: String,
+    run: String,
+    task: String,
+    from: Option<String>,
+    #[serde(default, deserialize_with = "texts")]
+    set: Vec<String>,
     #[serde(default)]
-    steps: Vec<BTreeMap<String, Words>>,
-    #[serde(default)]
-    figures: Vec<BTreeMap<String, Words>>,
+    verbose: bool,
 }
 
-/// The value of an option: the words that it is on a command line.
-#[derive(Clone, Debug)]
-enum Words {
-    /// An option without a value, given or not.
-    Flag(bool),
-    /// Its values.
-    List(Vec<String>),
+const STEP_KEYS: &[&str] = &["name", "run", "task", "from", "set", "verbose"];
+
+/// The keys that all figures have; the others are options of `supple plot`.
+#[derive(Deserialize)]
+struct FigureKeys {
+    name: String,
+    #[serde(default, deserialize_with = "texts")]
+    from: Vec<String>,
 }
 
-impl<'de> Deserialize<'de> for Words {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(WordsVisitor)
-    }
-}
+const FIGURE_KEYS: &[&str] = &["name", "from"];
 
-struct WordsVisitor;
-
-impl<'de> Visitor<'de> for WordsVisitor {
-    type Value = Words;
-
-    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str("a number, a text, true, false, or a list of numbers or texts")
-    }
-    fn visit_bool<E>(self, given: bool) -> Result<Words, E> {
-        Ok(Words::Flag(given))
-    }
-    fn visit_i64<E>(self, number: i64) -> Result<Words, E> {
-        Ok(Words::List(vec![number.to_string()]))
-    }
-    fn visit_f64<E>(self, number: f64) -> Result<Words, E> {
-        Ok(Words::List(vec![number.to_string()]))
-    }
-    fn visit_str<E>(self, text: &str) -> Result<Words, E> {
-        Ok(Words::List(vec![text.to_owned()]))
-    }
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Words, A::Error> {
-        let mut words = Vec::new();
-        while let Some(entry) = list.next_element::<Words>()? {
-            match entry {
-                Words::List(entry) => words.extend(entry),
-                Words::Flag(flag) => words.push(flag.to_string()),
-            }
-        }
-        Ok(Words::List(words))
-    }
-}
+/// Options that belong to the whole study.
+const OF_STUDY: [&str; 6] = ["out", "json", "help", "version", "threads", "instructions"];
 
 impl StudyFile {
     /// Reads a study file, whose results will go to the folder `out`.
@@ -125,22 +103,25 @@ impl StudyFile {
     pub fn load(path: &Path, out: &Path) -> Result<Self, FileError> {
         let (name, text) = (path.display().to_string(), read_text(path)?);
         let document = parse_document(&text, &name)?;
-        let top: Top = document.read(&[])?;
-        if top.steps.is_empty() {
+        let whole = document.get(&[]).ok_or_else(|| document.error(&[], "is empty"))?;
+        let Top { title } =
+            Top::deserialize(document.reader(whole).beside(LISTS)).map_err(|error| document.read_error(&[], error))?;
+        let count = |list: &'static str| document.tables(&[list.into()]);
+        if count("steps")? == 0 {
             return Err(document.error(&[], "a study needs at least one table [[steps]]"));
         }
         let reading = Reading { document: &document, folder: path.parent().unwrap_or(Path::new("")), out };
-        let mut steps = Vec::with_capacity(top.steps.len());
-        for (index, keys) in top.steps.into_iter().enumerate() {
-            steps.push(reading.step(index, keys, &steps)?);
+        let mut steps = Vec::new();
+        for index in 0..count("steps")? {
+            steps.push(reading.step(("steps", index), &steps)?);
         }
         reading.check_names(&steps)?;
         let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
-        let figures = top.figures.into_iter().enumerate().map(|(index, keys)| reading.figure(index, keys, &names));
+        let figures = (0..count("figures")?).map(|index| reading.figure(("figures", index), &names));
         let figures = figures.collect::<Result<Vec<_>, _>>()?;
         reading.check_names(&figures)?;
         let source = Source { path: name.clone(), text: text.clone() };
-        Ok(Self { title: top.title, steps, figures, source })
+        Ok(Self { title, steps, figures, source })
     }
 
     /// An error about a step: at the key of the option with which the message begins, or else at the whole step.
@@ -173,14 +154,9 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    fn step(
-        &self,
-        index: usize,
-        mut keys: BTreeMap<String, Words>,
-        before: &[Step<StudyCommand>],
-    ) -> Result<Step<StudyCommand>, FileError> {
-        let place = ("steps", index);
-        let name = self.name(place, &mut keys)?;
+    fn step(&self, place: At, before: &[Step<StudyCommand>]) -> Result<Step<StudyCommand>, FileError> {
+        let StepKeys { name, run, task, from, set, verbose } = self.keys(place, STEP_KEYS)?;
+        self.check_name(place, &name)?;
         if name == FIGURES {
             return Err(self.error(
                 place,
@@ -188,25 +164,31 @@ impl Reading<'_> {
                 format!("`{FIGURES}` is reserved for the figures folder; choose another name"),
             ));
         }
-        let run = self.one(place, "run", &mut keys)?;
-        let studies = StudyCommand::augment_subcommands(clap::Command::new(""));
-        let studies: Vec<&str> = studies.get_subcommands().map(clap::Command::get_name).collect();
-        if !studies.contains(&run.as_str()) {
+        if let Some(key) = OF_STUDY.into_iter().find(|key| self.document.get(&self.at(place, key)).is_some()) {
+            let message = "is an option of `supple study`, not of a step; the result of a step is stored in a folder \
+                           with its name";
+            return Err(self.error(place, key, message.to_owned()));
+        }
+        if let Some(from) = &from {
+            self.check_design(place, from, before)?;
+        }
+        let task = TaskArguments {
+            task: tidy(&self.folder.join(task)),
+            from: from.map(|from| tidy(&self.out.join(from))),
+            set,
+            verbose,
+        };
+        let output = Output { out: Some(tidy(&self.out.join(&name))), json: false };
+        let command = StudyCommand::read(&run, self.options(place, STEP_KEYS)?, (task, output));
+        let Some(command) = command else {
+            let studies = StudyCommand::augment_subcommands(clap::Command::new(""));
+            let studies: Vec<&str> = studies.get_subcommands().map(clap::Command::get_name).collect();
             let message = format!("must be one of {}; found `{run}`", supple_text::quoted(&studies));
             let help = supple_text::nearest(&run, &studies);
             return Err(FileError { help, ..self.error(place, "run", message) });
-        }
-        let task = self.one(place, "task", &mut keys)?;
-        let mut words = vec![run, tidy(&self.folder.join(task))];
-        if keys.contains_key("from") {
-            let from = self.one(place, "from", &mut keys)?;
-            self.check_design(place, &from, before)?;
-            words.push(format!("--from={}", tidy(&self.out.join(from))));
-        }
-        match self.command(place, words, keys, &name)? {
-            Command::Study(command) => Ok(Step { output: name.clone(), name, command, place }),
-            _ => Err(self.error(place, "run", "is not a study".to_owned())),
-        }
+        };
+        let command = command.map_err(|error| self.document.read_error(&self.table(place), error))?;
+        Ok(Step { output: name.clone(), name, command, place })
     }
 
     /// That an earlier step of this name finds or evaluates a design.
@@ -227,81 +209,41 @@ impl Reading<'_> {
         Err(FileError { help: supple_text::nearest(from, &valid), ..self.error(place, "from", message) })
     }
 
-    fn figure(
-        &self,
-        index: usize,
-        mut keys: BTreeMap<String, Words>,
-        steps: &[&str],
-    ) -> Result<Step<PlotOptions>, FileError> {
-        let place = ("figures", index);
-        let name = self.name(place, &mut keys)?;
-        let from = match keys.remove("from") {
-            Some(Words::List(list)) if !list.is_empty() => list,
-            _ => return Err(self.error(place, "from", "must name at least one step".to_owned())),
-        };
-        let mut words = vec!["plot".to_owned()];
-        for step in &from {
-            if !steps.contains(&step.as_str()) {
-                let message = format!("there is no step `{step}`; valid steps: {}", supple_text::quoted(steps));
-                let help = supple_text::nearest(step, steps);
-                return Err(FileError { help, ..self.error(place, "from", message) });
-            }
-            words.push(tidy(&self.out.join(step)));
+    fn figure(&self, place: At, steps: &[&str]) -> Result<Step<PlotOptions>, FileError> {
+        let FigureKeys { name, from } = self.keys(place, FIGURE_KEYS)?;
+        self.check_name(place, &name)?;
+        if from.is_empty() {
+            return Err(self.error(place, "from", "must name at least one step".to_owned()));
         }
-        let format = match keys.get("format") {
-            Some(Words::List(list)) => list.first().cloned().unwrap_or_default(),
-            _ => "svg".to_owned(),
-        };
-        let output = format!("{FIGURES}/{name}.{format}");
-        match self.command(place, words, keys, &output)? {
-            Command::Plot(command) => Ok(Step { name, command, output, place }),
-            _ => Err(self.error(place, "figure", "is not a figure".to_owned())),
+        if let Some(unknown) = from.iter().find(|step| !steps.contains(&step.as_str())) {
+            let message = format!("there is no step `{unknown}`; valid steps: {}", supple_text::quoted(steps));
+            let help = supple_text::nearest(unknown, steps);
+            return Err(FileError { help, ..self.error(place, "from", message) });
         }
+        let options = PlotOptions::deserialize(self.options(place, FIGURE_KEYS)?);
+        let mut command = options.map_err(|error| self.document.read_error(&self.table(place), error))?;
+        let format = command.format.unwrap_or(Format::Svg).to_possible_value();
+        let output = format!("{FIGURES}/{name}.{}", format.as_ref().map_or("svg", |format| format.get_name()));
+        command.folders = from.iter().map(|step| tidy(&self.out.join(step))).collect();
+        command.out = Some(tidy(&self.out.join(&output)));
+        Ok(Step { name, command, output, place })
     }
 
-    /// The command of some words with all other keys as its options.
-    fn command(
-        &self,
-        place: At,
-        mut words: Vec<String>,
-        keys: BTreeMap<String, Words>,
-        output: &str,
-    ) -> Result<Command, FileError> {
-        self.options(place, keys, &mut words)?;
-        words.extend(["--out".to_owned(), tidy(&self.out.join(output))]);
-        let run = words[0].clone();
-        let words = ["supple".to_owned()].into_iter().chain(words);
-        Arguments::of_words(words).map(|arguments| arguments.command).map_err(|error| self.refused(place, &run, &error))
+    /// The keys that all tables of a list have.
+    fn keys<T: DeserializeOwned>(&self, place: At, keys: &'static [&'static str]) -> Result<T, FileError> {
+        let table = self.reader(place)?;
+        T::deserialize(table.only(keys)).map_err(|error| self.document.read_error(&self.table(place), error))
     }
 
-    /// An option that the command refuses, told by its key.
-    fn refused(&self, place: At, command: &str, error: &clap::Error) -> FileError {
-        let context = |kind| error.get(kind).map(ToString::to_string);
-        let key = context(ContextKind::InvalidArg).and_then(|option| key_of(&option));
-        let found = context(ContextKind::InvalidValue).unwrap_or_default();
-        let told = std::error::Error::source(error).map(ToString::to_string);
-        match (error.kind(), key, told) {
-            (ErrorKind::UnknownArgument, Some(key), _) => {
-                let near = context(ContextKind::SuggestedArg).and_then(|option| key_of(&option));
-                let help = near.map(|near| format!("did you mean `{near}`?"));
-                FileError { help, ..self.error(place, &key, format!("`supple {command}` has no such option")) }
-            }
-            (ErrorKind::MissingRequiredArgument, Some(key), _) => self.error(place, &key, "is missing".to_owned()),
-            (ErrorKind::ValueValidation, Some(key), Some(told)) => self.error(place, &key, told),
-            (ErrorKind::InvalidValue, Some(key), _) if found.is_empty() => {
-                self.error(place, &key, "needs a value, not true or false".to_owned())
-            }
-            (ErrorKind::InvalidValue, Some(key), _) => {
-                let valid = context(ContextKind::ValidValue).unwrap_or_default();
-                self.error(place, &key, format!("must be one of {valid}; found `{found}`"))
-            }
-            (_, key, _) => {
-                // The first line says what is wrong; the rest is help on the command line.
-                let text = error.to_string();
-                let told = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
-                self.error(place, key.as_deref().unwrap_or("run"), told)
-            }
-        }
+    /// The other keys.
+    fn options(&self, place: At, keys: &'static [&'static str]) -> Result<Reader<'_>, FileError> {
+        Ok(self.reader(place)?.beside(keys))
+    }
+
+    fn reader(&self, place: At) -> Result<Reader<'_>, FileError> {
+        let table = self.document.get(&self.table(place));
+        let missing = || self.document.error(&self.table(place), "is missing");
+        table.map(|table| self.document.reader(table)).ok_or_else(missing)
     }
 
     /// Every step needs a name of its own.
@@ -315,52 +257,31 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// The key `name`: a valid folder name on every system.
-    fn name(&self, place: At, keys: &mut BTreeMap<String, Words>) -> Result<String, FileError> {
-        let name = self.one(place, "name", keys)?;
+    /// Checks that a name is a valid folder name on every system.
+    fn check_name(&self, place: At, name: &str) -> Result<(), FileError> {
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
         if name.is_empty() || name.len() > 64 || !name.chars().all(plain) {
             let message = format!("must be of letters from a to z, digits, `_` and `-`, at most 64; found `{name}`");
             return Err(self.error(place, "name", message));
         }
-        Ok(name)
-    }
-
-    /// A key with one word, which must be there.
-    fn one(&self, place: At, key: &'static str, keys: &mut BTreeMap<String, Words>) -> Result<String, FileError> {
-        match keys.remove(key) {
-            Some(Words::List(list)) if list.len() == 1 => Ok(list.into_iter().collect()),
-            Some(_) => Err(self.error(place, key, "must be one text".to_owned())),
-            None => Err(self.error(place, key, "is missing".to_owned())),
-        }
-    }
-
-    /// All other keys as options.
-    fn options(&self, place: At, keys: BTreeMap<String, Words>, words: &mut Vec<String>) -> Result<(), FileError> {
-        for (key, value) in keys {
-            if matches!(key.as_str(), "out" | "json" | "help" | "version" | "threads" | "instructions") {
-                let message =
-                    "is an option of `supple study`, not of a step; the result of a step is stored in a folder with its name".to_owned();
-                return Err(self.error(place, &key, message));
-            }
-            let option = format!("--{}", key.replace('_', "-"));
-            match value {
-                Words::Flag(true) => words.push(option),
-                Words::Flag(false) => {}
-                // With `=`, so that a value that begins with `-` is not parsed as an option.
-                Words::List(list) => words.extend(list.into_iter().map(|value| format!("{option}={value}"))),
-            }
-        }
         Ok(())
     }
 
-    fn error(&self, (list, index): At, key: &str, message: String) -> FileError {
-        self.document.error(&[list.into(), index.into(), Place::Key(key)], message)
+    fn table(&self, (list, index): At) -> [Place<'static>; 2] {
+        [list.into(), index.into()]
+    }
+
+    fn at<'k>(&self, (list, index): At, key: &'k str) -> [Place<'k>; 3] {
+        [list.into(), index.into(), Place::Key(key)]
+    }
+
+    fn error(&self, place: At, key: &str, message: String) -> FileError {
+        self.document.error(&self.at(place, key), message)
     }
 }
 
 /// A path without `.` and, where they lead up from a named folder, `..`.
-fn tidy(path: &Path) -> String {
+fn tidy(path: &Path) -> PathBuf {
     let mut tidy = PathBuf::new();
     for part in path.components() {
         let named = matches!(tidy.components().next_back(), Some(Component::Normal(_)));
@@ -372,5 +293,5 @@ fn tidy(path: &Path) -> String {
             part => tidy.push(part),
         }
     }
-    tidy.display().to_string()
+    tidy
 }
