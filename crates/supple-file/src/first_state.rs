@@ -8,7 +8,7 @@ use supple::Task;
 use supple_model::document::{Document, Place};
 use supple_model::model::{AnyModel, PoseFile, Start};
 use supple_model::parameters::Parameters;
-use supple_model::physics::locked_message;
+use supple_model::physics::DependentJoint;
 use supple_model::quantity::Unfit;
 use supple_model::{Limit, Limited, Value};
 use supple_text::{FileError, degrees, digits, quoted};
@@ -150,7 +150,7 @@ impl FirstState<'_> {
             return Err(self.error(&["pose".into(), "position".into()], message));
         }
         let given = given_by_name(given, states).map_err(|(name, help)| {
-            if let Some((message, help)) = locked_message(&name, &vocabulary.locked) {
+            if let Some((message, help)) = DependentJoint::message(&name, &vocabulary.dependent) {
                 return self.error(&[Place::Key(&name)], message).with_help(help);
             }
             let fits = if name.contains('*') { "fits" } else { "is" };

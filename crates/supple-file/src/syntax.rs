@@ -19,6 +19,13 @@ use toml::de::{DeTable, DeValue};
 /// # Ok::<(), supple_file::FileError>(())
 /// ```
 pub fn parse_document<'a>(text: &'a str, name: &'a str) -> Result<Document<'a>, FileError> {
+    if text.trim_start().starts_with('<') {
+        let help =
+            "`supple new NAME --robot FILE` writes a task file for a robot file, and `supple robot FILE` shows it";
+        return Err(
+            FileError::at(name, text, 0..1, String::new(), "is XML, and no TOML file of a task").with_help(help)
+        );
+    }
     match DeTable::parse(text) {
         Ok(root) => Ok(Document::new(name, text, table(root.into_inner()))),
         Err(error) => {

@@ -290,8 +290,8 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Names of the joints that a task has locked; nothing may refer to them.
-    fn locked_joints(&self) -> Vec<String> {
+    /// The joints that do not move on their own; nothing may refer to them.
+    fn dependent_joints(&self) -> Vec<DependentJoint> {
         Vec::new()
     }
 
@@ -363,17 +363,45 @@ pub(crate) fn solved<S: Scalar>(
     w
 }
 
-/// Error message and advice for the name of a locked joint where a moving joint is required.
+/// A joint that does not move on its own.
 ///
 /// ```
-/// let locked = ["wrist".to_owned()];
-/// let (message, _) = supple_model::physics::locked_message("q.wrist", &locked).ok_or("it is locked")?;
+/// use supple_model::physics::DependentJoint;
+///
+/// let locked = DependentJoint { name: "wrist".to_owned(), leader: None };
+/// let (message, _) = DependentJoint::message("q.wrist", &[locked]).ok_or("it is locked")?;
 /// assert_eq!(message, "joint `wrist` is locked: it does not move");
+///
+/// let follower = DependentJoint { name: "tip".to_owned(), leader: Some("finger".to_owned()) };
+/// let (message, help) = DependentJoint::message("tip", &[follower]).ok_or("it follows")?;
+/// assert_eq!(message, "joint `tip` follows joint `finger` and does not move on its own");
+/// assert_eq!(help, "use `finger`, which moves both");
 /// # Ok::<(), &'static str>(())
 /// ```
-#[must_use]
-pub fn locked_message(name: &str, locked: &[String]) -> Option<(String, String)> {
-    let own = |prefix: &str| name.strip_prefix(prefix).filter(|rest| locked.iter().any(|other| other == rest));
-    let joint = own("").or_else(|| own("q.")).or_else(|| own("v."))?;
-    Some((format!("joint `{joint}` is locked: it does not move"), format!("take `{joint}` out of `locked` in [model]")))
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DependentJoint {
+    /// Its name.
+    pub name: String,
+    /// The joint that it follows; `None` if the task has locked it.
+    pub leader: Option<String>,
+}
+
+impl DependentJoint {
+    /// Error message and advice where a joint that moves on its own, or a state of one, is required and one of these is named.
+    #[must_use]
+    pub fn message(name: &str, list: &[Self]) -> Option<(String, String)> {
+        let own =
+            |prefix: &str| name.strip_prefix(prefix).and_then(|rest| list.iter().find(|joint| joint.name == rest));
+        let Self { name, leader } = own("").or_else(|| own("q.")).or_else(|| own("v."))?;
+        Some(match leader {
+            None => (
+                format!("joint `{name}` is locked: it does not move"),
+                format!("take `{name}` out of `locked` in [model]"),
+            ),
+            Some(leader) => (
+                format!("joint `{name}` follows joint `{leader}` and does not move on its own"),
+                format!("use `{leader}`, which moves both"),
+            ),
+        })
+    }
 }

@@ -244,3 +244,39 @@ pub fn turn<S: Scalar>(rotation: &[[S; 3]; 3], reference: &[[S; 3]; 3]) -> [S; 3
     let whole = series * (2 << HALVINGS) as f64;
     sines.map(|sine| sine * whole)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// About an axis by an angle (Rodrigues).
+    fn rotation(axis: [f64; 3], angle: f64) -> [[f64; 3]; 3] {
+        let [x, y, z] = axis;
+        let (sin, cos) = (math::sin(angle), math::cos(angle));
+        let cross = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        let own = |i: usize, j: usize| if i == j { cos } else { 0.0 };
+        [0, 1, 2].map(|i| [0, 1, 2].map(|j| own(i, j) + sin * cross[i][j] + (1.0 - cos) * axis[i] * axis[j]))
+    }
+
+    #[test]
+    fn turns_are_rotation_vectors() {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 0.6, -0.8], [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0]];
+        for axis in axes {
+            for (angle, tolerance) in
+                [(0.0, 0.0), (1e-9, 1e-16), (0.3, 1e-15), (1.6, 2e-15), (2.9, 2e-14), (3.1, 2e-12), (3.141, 1e-8)]
+            {
+                let found = turn(&rotation(axis, angle), &Pose::IDENTITY.rotation);
+                let error = found.iter().zip(axis).map(|(found, e)| (found - angle * e).abs()).fold(0.0, f64::max);
+                assert!(error <= tolerance, "{axis:?} {angle}: {error:e}");
+            }
+            // Half a turn, and what rounding makes of it, is bounded.
+            for angle in [std::f64::consts::PI, 3.141_592, 3.1416] {
+                let found = turn(&rotation(axis, angle), &Pose::IDENTITY.rotation);
+                assert!(dot(found, found).sqrt() < 3.3, "{found:?}");
+            }
+            // Seen from a reference about the same axis.
+            let found = turn(&rotation(axis, 2.5), &rotation(axis, -0.4));
+            assert!((dot(found, axis) - 2.9).abs() < 1e-13);
+        }
+    }
+}

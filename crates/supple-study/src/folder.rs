@@ -2,6 +2,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use supple::Named;
+use supple::parameters::Parameter;
 use supple_file::read_text;
 
 use crate::checksums;
@@ -109,6 +110,32 @@ impl Folder {
         Self::save(path, made, result)?;
         let resumes = result.is_stopped() && kept_parts(path)? > 0;
         if resumes || matches!(result, StudyResult::Sweep(_)) { Ok(()) } else { forget(path) }
+    }
+
+    /// Whether this result is of the same robot as a task, where both have one; what is said where it is not.
+    ///
+    /// # Errors
+    /// Where a parameter of both has different units.
+    pub fn check_kinship(&self, task: &LoadedTask) -> Result<Option<String>, StudyError> {
+        let others = &task.problem.parameters;
+        for parameter in self.made.about.parameters.iter() {
+            let same_name = others.iter().find(|other| other.name == parameter.name);
+            let differ = |other: &&Parameter| {
+                !other.unit.is_empty() && !parameter.unit.is_empty() && other.unit != parameter.unit
+            };
+            if let Some(other) = same_name.filter(differ) {
+                let Parameter { name, unit, .. } = parameter;
+                let other = &other.unit;
+                return Err(StudyError::usage(format!(
+                    "its parameter `{name}` is in {unit}, that of the task in {other}"
+                )));
+            }
+        }
+        let [own, other] = [&self.made.sources, &task.sources].map(|sources| sources.get(1));
+        Ok(own
+            .zip(other)
+            .filter(|(own, other)| own.text != other.text)
+            .map(|(own, other)| format!("it is of another robot, {}, than the task, {}", own.path, other.path)))
     }
 
     /// Reads folders; after that of a study file those of its steps. A folder that is named twice is read once.

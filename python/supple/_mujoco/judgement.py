@@ -26,10 +26,11 @@ DEARER, MUCH_DEARER = 0.1, 10.0
 AT_LIMIT = 1e-3
 #: Share of a limit by which a plan may exceed it without a word.
 AT_RANGE = 1e-3
-#: Share of a limit that a plan keeps by which half of the roll-outs may exceed it without a word.
-LEFT = 0.1
-#: Times of the predicted information that is worth a word.
-MORE_BITS = 2.0
+#: Share of a limit that a plan keeps by which half of the roll-outs may exceed it without a word, and share of the roll-outs
+#: that may exceed it by less.
+LEFT, MOST_LEAVE = 0.1, 0.8
+#: Times of the predicted information that is a doubt, and share by which it may differ without a word.
+MORE_BITS, OTHER_BITS = 2.0, 0.2
 #: Share of supple's own roll-outs that end well of which MuJoCo's may fall short without a word.
 FEWER_END_WELL = 0.1
 #: Fewer roll-outs that end elsewhere are chance.
@@ -220,7 +221,11 @@ def conclude(
         return Conclusion(f"{verdict}: {ranges}{_beyond(left)}", breaks)
     if not doubts:
         exceeds = limit is not None and _exceeds(limit, cost, plant)
-        words = f"the design {'moves' if exceeds else 'holds'} on MuJoCo as predicted"
+        bits = plant.realised_bits
+        others = bits is not None and abs(bits - predicted[1]) > max(OTHER_BITS * predicted[1], 1.0)
+        words = f"the design {'moves' if exceeds or others or left else 'holds'} on MuJoCo as predicted"
+        if others:
+            words += f"; but roll-outs there measure {bits:.4g} bits instead of the predicted {predicted[1]:.4g}"
         if with_stops:
             words += ", also with the robot's stops and ranges, which roll-outs reach"
         if plant.ends_well < 1.0 - FEWER_END_WELL and (1.0 - plant.ends_well) * rollouts >= TOO_FEW:
@@ -299,12 +304,16 @@ def _ranges(plant: SampledLoop) -> str:
 
 
 def furthest_left(limits: Sequence[LimitShare]) -> LimitShare | None:
-    """Of the limits that the plan keeps, the one that half of the roll-outs are furthest beyond, if any of them is by much."""
+    """Of the limits that the plan keeps, the one that half of the roll-outs are furthest beyond by much, or most of them at
+    all, if there is one."""
 
     def beyond(limit: LimitShare) -> float:
         return _excess(limit, np.array([limit.median]))
 
-    kept = [limit for limit in limits if _excess(limit, limit.planned) <= AT_RANGE and beyond(limit) > LEFT]
+    def is_left(limit: LimitShare) -> bool:
+        return beyond(limit) > LEFT or limit.share > MOST_LEAVE and beyond(limit) > AT_RANGE
+
+    kept = [limit for limit in limits if _excess(limit, limit.planned) <= AT_RANGE and is_left(limit)]
     return max(kept, key=beyond, default=None)
 
 

@@ -263,7 +263,11 @@ impl TaskArguments {
         if let Some(from) = from {
             let folder = Folder::load(from)?;
             let at = |error: StudyError| Failure::usage(format!("--from {}: {error}", from.display()));
+            let stranger = folder.check_kinship(&loaded).map_err(at)?;
             loaded.start_from(folder.design().map_err(at)?).map_err(at)?;
+            if let Some(stranger) = stranger {
+                warn(&format!("the design in {}: {stranger}", from.display()));
+            }
             if folder.result.falls_short() {
                 warn(&format!("the design in {} fell short of what was asked: see `supple show`", from.display()));
             }

@@ -28,13 +28,12 @@ pub fn after_evaluation(about: &About, at: &Evaluation) -> String {
                 listed(&names()),
                 listed(&missed)
             ),
-            (true, _, true) => "declare [parameters] in place of numbers, and `supple design` finds the best".to_owned(),
-            (true, Some(task), false) => format!(
-                "set a cost limit, such as `bound = {}` for {}, 1.2 times its cost here: without one, `supple design` may \
-                 give up the task to save information",
-                number(1.2 * task.cost.expected),
-                task.name
-            ),
+            (true, _, true) => {
+                "declare [parameters] in place of numbers, and `supple design` finds the best".to_owned()
+            }
+            (true, Some(task), false) => {
+                format!("{}: without one, `supple design` may give up the task to save information", limit_for(task))
+            }
             (true, None, false) => {
                 format!("`supple design` minimises the information over {} within the limit", listed(&names()))
             }
@@ -65,6 +64,14 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
             let is_optimum = !matches!(report.status, DesignStatus::NotConverged | DesignStatus::NotOptimal);
             if let Some(left) = left_in_rollouts(optimum).filter(|_| is_optimum) {
                 return left;
+            }
+            if let Some((before, after)) = given_up(report) {
+                return format!(
+                    "{}: without one, the search gave up the task to save information: its cost rose from {} to {}",
+                    limit_for(before),
+                    number(before.cost.expected),
+                    number(after.cost.expected)
+                );
             }
             match (report.status, at_bounds.is_empty()) {
                 (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => unfinished(report),
@@ -132,6 +139,23 @@ fn unfinished(report: &DesignReport) -> String {
         more_starts(report),
         report.seed.wrapping_add(1)
     )
+}
+
+/// A cost limit to set.
+fn limit_for(task: &TaskEvaluation) -> String {
+    let limit = number(1.2 * task.cost.expected);
+    format!("set a cost limit, such as `bound = {limit}` for {}, 1.2 times its cost at the start", task.name)
+}
+
+/// The cost above which a search has given up a task, as a multiple of that at the start.
+const GIVEN_UP: f64 = 1.2;
+
+/// A task without a cost limit that a search gave up, at the start and at the optimum.
+fn given_up(report: &DesignReport) -> Option<(&TaskEvaluation, &TaskEvaluation)> {
+    let mut pairs = report.start.tasks.iter().zip(&report.optimum.tasks);
+    pairs.find(|(before, after)| {
+        after.cost.bound.is_none() && after.cost.expected > GIVEN_UP * before.cost.expected.abs()
+    })
 }
 
 fn more_starts(report: &DesignReport) -> usize {

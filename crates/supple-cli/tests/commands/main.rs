@@ -5,6 +5,7 @@ mod bounds;
 #[path = "../common/mod.rs"]
 mod common;
 mod design;
+mod doubts;
 mod evaluate;
 mod schema;
 mod streams;

@@ -11,6 +11,7 @@ use crate::contacts::{Contact, ContactState};
 use crate::cost::Cost;
 use crate::followed::Followed;
 use crate::noise::Covariance;
+use crate::physics::DependentJoint;
 use crate::quantity::{Known, Quantity, Sensor, Unfit, Vocabulary, signals_for};
 use crate::scene::Picture;
 use crate::system::{Authored, System};
@@ -316,8 +317,8 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.joint_names()
     }
 
-    fn locked_joints(&self) -> Vec<String> {
-        self.model.locked_joints()
+    fn dependent_joints(&self) -> Vec<DependentJoint> {
+        self.model.dependent_joints()
     }
 
     fn coupling_names(&self) -> Vec<String> {

@@ -6,8 +6,8 @@ use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::Point;
 
-/// Rotation of a frame from a reference orientation in the world, rad: half the skew part of `R_reference' R`, the sine of
-/// the angle along the axis.
+/// Rotation of a frame from a reference orientation in the world: the rotation vector of `R_reference' R`, axis times angle,
+/// rad.
 ///
 /// As a sensor in a task file:
 ///
@@ -29,7 +29,7 @@ pub struct FrameTurn {
 pub struct File {
     /// Name of the frame or link.
     frame: String,
-    /// Roll, pitch and yaw of the orientation from which turns are measured, rad; the closer to the frame's the better.
+    /// Roll, pitch and yaw of the orientation from which turns are measured, rad; less than half a turn from the frame's.
     #[serde(default, alias = "rpy")]
     reference: [f64; 3],
 }

@@ -2,7 +2,7 @@
 
 use crate::channels::{Channel, Channels, Drive};
 use crate::document::Unfit;
-use crate::physics::{FileSensor, Model, frame_signals, locked_message};
+use crate::physics::{DependentJoint, FileSensor, Model, frame_signals};
 
 /// What quantities may refer to: the names and sizes of the model.
 ///
@@ -15,8 +15,8 @@ pub struct Vocabulary {
     pub states: Vec<String>,
     /// Names of the joints, whose states are `q.NAME` and `v.NAME`.
     pub joints: Vec<String>,
-    /// Names of the joints that a task has locked.
-    pub locked: Vec<String>,
+    /// The joints that do not move on their own.
+    pub dependent: Vec<DependentJoint>,
     /// Names of the frames, whose signals come first.
     pub frames: Vec<String>,
     /// Names of the model's signals.
@@ -41,7 +41,7 @@ impl Vocabulary {
             channels: model.channels(),
             states: model.state_names(),
             joints: model.joint_names(),
-            locked: model.locked_joints(),
+            dependent: model.dependent_joints(),
             frames: model.frame_names(),
             signals: model.signals(),
             couplings: model.coupling_names(),
@@ -61,7 +61,7 @@ impl Vocabulary {
     pub fn state(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
         self.states.iter().position(|state| state == name).ok_or_else(|| {
             let what = format!("the model has no state `{name}`");
-            self.if_locked(key, name).unwrap_or_else(|| Unfit::unknown(key, &what, name, &self.states))
+            self.if_dependent(key, name).unwrap_or_else(|| Unfit::unknown(key, &what, name, &self.states))
         })
     }
 
@@ -77,9 +77,9 @@ impl Vocabulary {
         self.signals.get(place).map_or("", String::as_str)
     }
 
-    /// The error if the name of a joint, or of one of its states, belongs to a locked joint.
-    fn if_locked(&self, key: &'static str, name: &str) -> Option<Unfit> {
-        let (message, help) = locked_message(name, &self.locked)?;
+    /// The error if the name of a joint, or of one of its states, belongs to one that does not move on its own.
+    fn if_dependent(&self, key: &'static str, name: &str) -> Option<Unfit> {
+        let (message, help) = DependentJoint::message(name, &self.dependent)?;
         Some(Unfit { help: Some(help), ..Unfit::new(key, message) })
     }
 
@@ -94,7 +94,7 @@ impl Vocabulary {
         }
         match select.iter().find(|name| !self.joints.contains(name)) {
             None => Ok(select),
-            Some(name) => Err(self.if_locked("select", name).unwrap_or_else(|| {
+            Some(name) => Err(self.if_dependent("select", name).unwrap_or_else(|| {
                 Unfit::unknown("select", &format!("the robot has no moving joint `{name}`"), name, &self.joints)
             })),
         }

@@ -132,7 +132,8 @@ impl Trust {
         let of_limit = limit_exceeded(predicted, sampled);
         let broken_by_steps = coarse.as_ref().filter(|(verdict, _)| *verdict == Verdict::Broken);
         if let Some(reason) = broken_by_steps.map(|(_, reason)| reason.clone()).or(of_limit) {
-            return Self { verdict: Verdict::Broken, reasons: vec![reason], rollouts_needed: None, substeps_advised };
+            let reasons = runaways(sampled).into_iter().chain([reason]).collect();
+            return Self { verdict: Verdict::Broken, reasons, rollouts_needed: None, substeps_advised };
         }
         let rollouts_needed = rollouts_needed(predicted, sampled);
         let mut reasons = doubts(predicted, sampled, rollouts_needed);
@@ -353,8 +354,34 @@ fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize>
     Some(((needed / unit).ceil() * unit) as usize)
 }
 
+/// Roll-outs that cost more than this many times the median run away.
+const RUN_AWAY: f64 = 10.0;
+
+/// A few roll-outs that run away, which decide the mean; where the other roll-outs tell more of the plan.
+fn runaways(sampled: &MonteCarlo) -> Option<String> {
+    let mut costs = sampled.costs.clone();
+    costs.sort_by(f64::total_cmp);
+    let median = *costs.get(costs.len() / 2)?;
+    let far = costs.iter().filter(|cost| **cost > RUN_AWAY * median).count();
+    let others = &costs[..costs.len() - far];
+    let mean = others.iter().sum::<f64>() / others.len() as f64;
+    let decides = sampled.cost_mean - mean > TOLERATED * mean.abs();
+    (median > 0.0 && far > 0 && decides).then(|| {
+        let them = if far == 1 { "it" } else { "them" };
+        format!(
+            "{far} of {} roll-outs cost{} more than {RUN_AWAY} times the median, {}, and decide the mean: without {them} it is \
+             {}",
+            costs.len(),
+            if far == 1 { "s" } else { "" },
+            said(median),
+            said(mean)
+        )
+    })
+}
+
 fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<usize>) -> Vec<String> {
     let mut reasons = Vec::new();
+    reasons.extend(runaways(sampled));
     if !predicted.status.is_converged() {
         reasons.push(format!("the plan did not converge ({})", predicted.status));
     }

@@ -257,3 +257,32 @@ fn cheaper_plans_are_told() {
     }
     assert!(tried > 30 && told > 2, "{told} of {tried}");
 }
+
+/// One of many roll-outs that runs away decides their mean, and the advice to make ever more of them hid it.
+#[test]
+fn a_few_rollouts_that_run_away_are_told() {
+    let (mut told, mut silent) = (0, 0);
+    for number in 0..60 {
+        let problem = random_task(number);
+        let options = EvaluateOptions { rollouts: 256, seed: 1, ..Default::default() };
+        let Ok(at) = problem.evaluate(&problem.parameters.initial(), &options) else { continue };
+        let (trust, sampled) = (at.tasks[0].trust.as_ref().unwrap(), at.tasks[0].monte_carlo.as_ref().unwrap());
+        let mut costs = sampled.costs.clone();
+        costs.sort_by(f64::total_cmp);
+        let median = costs[costs.len() / 2];
+        let near: Vec<f64> = costs.iter().copied().filter(|cost| *cost <= 10.0 * median).collect();
+        let mean = near.iter().sum::<f64>() / near.len() as f64;
+        let runs_away = near.len() < costs.len() && sampled.cost_mean > 1.1 * mean;
+        let is_told = trust.to_string().contains("times the median");
+        if sampled.diverged == 0 {
+            assert_eq!(is_told, runs_away, "{number}: {trust}");
+        }
+        told += usize::from(is_told);
+        silent += usize::from(!is_told);
+        if is_told {
+            let many = costs.len() - near.len();
+            assert!(trust.to_string().contains(&format!("{many} of 256 roll-outs cost")), "{trust}");
+        }
+    }
+    assert!(told > 0 && silent > 20, "{told} {silent}");
+}

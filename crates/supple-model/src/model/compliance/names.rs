@@ -1,4 +1,4 @@
-use crate::physics::locked_message;
+use crate::physics::DependentJoint;
 use crate::quantity::Unfit;
 
 /// The names that an element may refer to.
@@ -10,8 +10,8 @@ pub struct Names<'a> {
     pub(in crate::model) joints: &'a [String],
     /// All frames.
     pub(in crate::model) frames: &'a [String],
-    /// Joints that the task has locked.
-    pub(in crate::model) locked: &'a [String],
+    /// Joints that do not move on their own.
+    pub(in crate::model) dependent: &'a [DependentJoint],
     /// The robot's file.
     pub(in crate::model) robot: &'a supple_robot::Robot,
 }
@@ -22,7 +22,7 @@ impl Names<'_> {
     /// # Errors
     /// If the robot has no such moving joint; `key` is the key that names it.
     pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
-        if let Some((message, help)) = locked_message(name, self.locked) {
+        if let Some((message, help)) = DependentJoint::message(name, self.dependent) {
             return Err(Unfit { help: Some(help), ..Unfit::new(key, message) });
         }
         find(key, "moving joint", name, self.joints)

@@ -21,7 +21,7 @@ use crate::Value;
 use crate::channels;
 use crate::contacts::{Contact, ContactState};
 use crate::document::FileError;
-use crate::physics::FileSensor;
+use crate::physics::{DependentJoint, FileSensor};
 use crate::quantity::{Known, Sensor, Unfit, signals_for};
 use crate::scene::Picture;
 
@@ -85,8 +85,8 @@ pub struct Robot {
     /// Used in planning: the share of an implicit step after which resistive forces are evaluated; 1 by default.
     lead: Option<Value>,
     substeps: usize,
-    /// Joints that the task has locked.
-    locked: Vec<String>,
+    /// Joints that the task has locked, or that follow others.
+    dependent: Vec<DependentJoint>,
     /// Joints that the task has inserted.
     inserted: Vec<String>,
 }
@@ -205,8 +205,8 @@ impl Model for Robot {
         self.bodies.tree.joints().to_vec()
     }
 
-    fn locked_joints(&self) -> Vec<String> {
-        self.locked.clone()
+    fn dependent_joints(&self) -> Vec<DependentJoint> {
+        self.dependent.clone()
     }
 
     fn coupling_names(&self) -> Vec<String> {

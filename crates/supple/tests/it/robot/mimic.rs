@@ -2,6 +2,7 @@
 
 use crate::robot::arm::{Description, accelerations, arm, cost, observe, sensor};
 use crate::robot::assert_close;
+use crate::robot::bad_tasks::error_of;
 
 /// A gripper whose right finger follows the left one: `right = 0.01 - left / 2`.
 fn gripper(keys: &str, sensors: &str) -> Description {
@@ -35,4 +36,16 @@ fn independent_followers_are_joints_of_their_own() {
     assert_eq!(observe(&problem, &[0.06, 0.02, 0.0, 0.0], &[]), [0.02, 0.06]);
     let found = accelerations(&problem, &[0.06, 0.02, 0.0, 0.0], &[2.0, -1.0], &[], 2);
     assert_close("accelerations", &found, &[2.0 / 0.3, -1.0 / 0.4], 1e-13);
+}
+
+#[test]
+fn followers_where_joints_are_asked_for_name_their_leader() {
+    let sensors = sensor("joint_position", "select = [\"left\"]\nvariance = 1.0");
+    let of_follower = sensor("joint_position", "select = [\"right\"]\nvariance = 1.0");
+    let started = Description { start: "\"q.right\" = 0.01\n".into(), ..gripper("", &sensors) };
+    for description in [gripper("", &of_follower), gripper("actuated = [\"right\"]\n", &sensors), started] {
+        let error = error_of(&description.text());
+        assert!(error.contains("joint `right` follows joint `left` and does not move on its own"), "{error}");
+        assert!(error.contains("(use `left`, which moves both)"), "{error}");
+    }
 }

@@ -310,3 +310,48 @@ fn robots_that_constant_controls_do_not_hold_do_not_whirl() {
         assert!(task.status.is_converged() && task.cost.expected < most, "{what}: {}", task.cost.expected);
     }
 }
+
+/// A pole on a cart, and what to do with it.
+fn cartpole(start: &str, weight: &str) -> Description {
+    Description {
+        model: "file = \"cartpole.xml\"\n".into(),
+        sensors: sensor("joint_position", "variance = 1e-5"),
+        steps: 300,
+        time_step: "0.01".into(),
+        start: start.into(),
+        costs: cost("joint_position", "select = [\"x\"]\nweight = 1.0\nfinal_weight = 50.0")
+            + &cost("frame_point", &format!("frame = \"top\"\naxes = [\"z\"]\ntarget = [0.5]\n{weight}"))
+            + &cost("joint_velocity", "weight = 0.01\nfinal_weight = 1.0")
+            + &cost("control", "weight = 0.01"),
+        ..arm()
+    }
+}
+
+/// Under the zero controls of a first guess a pole falls over, and a search from there ends in a whirl that costs 5311.
+#[test]
+fn a_guess_under_which_a_pole_falls_over_does_no_harm() {
+    let upright = cartpole("\"q.x\" = 0.3\n\"q.th\" = 0.1\n", "weight = 100.0\nfinal_weight = 1000.0").problem();
+    let mut guessed = upright.clone();
+    guessed.tasks[0].initial_control = vec![vec![0.0.into()]];
+    let [free, guessed] = [&upright, &guessed].map(evaluate);
+    assert!(free.status.is_converged() && guessed.status.is_converged());
+    assert!((guessed.cost.expected / free.cost.expected - 1.0).abs() < 1e-9, "{}", guessed.cost.expected);
+    assert!(
+        guessed.cost.expected < 16.2 && guessed.iterations < 12,
+        "{} {}",
+        guessed.cost.expected,
+        guessed.iterations
+    );
+}
+
+/// A pole that hangs still is where the cost of standing has a saddle: nothing changes it to first order.
+#[test]
+fn a_pole_that_hangs_still_is_swung_up() {
+    for guess in [None, Some(0.0)] {
+        let mut problem = cartpole("\"q.th\" = 3.141592653589793\n", "weight = 1.0\nfinal_weight = 1000.0").problem();
+        problem.tasks[0].initial_control = guess.map(|u: f64| vec![vec![u.into()]]).unwrap_or_default();
+        let found = evaluate(&problem);
+        assert!(found.status.is_converged(), "{guess:?}: {}", found.status);
+        assert!(found.cost.parts.nominal < 400.0, "{guess:?}: {}", found.cost.expected);
+    }
+}

@@ -20,6 +20,7 @@ use crate::model::bodies::{Bodies, FrameNumbers, Override};
 use crate::model::compliance::{Element, Names, Rule, find};
 use crate::model::{Kinds, Source};
 use crate::parameters::Parameters;
+use crate::physics::DependentJoint;
 use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
 
 mod drives;
@@ -39,7 +40,7 @@ pub(super) struct Build<'a> {
     frames: Vec<String>,
     locked: Locked,
     /// Their names.
-    locked_names: Vec<String>,
+    dependent: Vec<DependentJoint>,
     inserted: Vec<Inserted>,
 }
 
@@ -85,15 +86,20 @@ pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
     let (robot, inserted) = insert(document, file.insert.clone(), robot)?;
     let locked = file.locked.clone();
     let robot = locked.apply(document, robot)?;
-    let locked_names = locked.names();
     let tree = Tree::new(&robot);
     let joints = tree.joints().to_vec();
+    let follower = |joint: &supple_robot::Joint| {
+        let leader = joint.mimic.filter(|_| !joints.contains(&joint.name))?.joint;
+        Some(DependentJoint { name: joint.name.clone(), leader: Some(robot.joints[leader].name.clone()) })
+    };
+    let locked_joints = locked.names().into_iter().map(|name| DependentJoint { name, leader: None });
+    let dependent = locked_joints.chain(robot.joints.iter().filter_map(follower)).collect();
     if let Some(message) = too_large(joints.len()) {
         return Err(document.error(&named, message));
     }
     let links = robot.links.iter().map(|link| link.name.clone());
     let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
-    Build { document, parameters, kinds, path, robot, tree, joints, frames, locked, locked_names, inserted }.build(file)
+    Build { document, parameters, kinds, path, robot, tree, joints, frames, locked, dependent, inserted }.build(file)
 }
 
 impl Build<'_> {
@@ -136,7 +142,7 @@ impl Build<'_> {
         let mut overrides = self.inserted_numbers()?;
         overrides.extend(self.overrides(file.links, file.joints)?);
         let compliance = self.compliance()?;
-        self.check_locked_uses(&file.drives)?;
+        self.check_dependent_uses(&file.drives)?;
         let drives = self.drives(file.actuated, file.file_actuators, file.drives, &compliance)?;
         let gravity =
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
@@ -160,7 +166,7 @@ impl Build<'_> {
             integrator: file.integrator,
             lead: None,
             substeps: file.substeps,
-            locked: self.locked_names.clone(),
+            dependent: self.dependent.clone(),
             inserted: self.passive_joints().map(str::to_owned).collect(),
         };
         (robot.recalling, robot.sensors) = self.sensors(&robot)?.into_iter().partition(Sensor::recalls);
@@ -211,10 +217,10 @@ impl Build<'_> {
         })
     }
 
-    /// Checks that the task does not set properties of a locked joint's drive.
-    fn check_locked_uses(&self, drives: &BTreeMap<String, DriveFile>) -> Result<(), FileError> {
+    /// Checks that the task does not set properties of the drive of a joint that does not move on its own.
+    fn check_dependent_uses(&self, drives: &BTreeMap<String, DriveFile>) -> Result<(), FileError> {
         for name in drives.keys() {
-            if let Some((message, help)) = crate::physics::locked_message(name, &self.locked_names) {
+            if let Some((message, help)) = DependentJoint::message(name, &self.dependent) {
                 return Err(self.error(&["drives".into(), Place::Key(name)], message).with_help(help));
             }
         }
@@ -272,7 +278,7 @@ impl Build<'_> {
     }
 
     fn names(&self) -> Names<'_> {
-        Names { joints: &self.joints, frames: &self.frames, robot: &self.robot, locked: &self.locked_names }
+        Names { joints: &self.joints, frames: &self.frames, robot: &self.robot, dependent: &self.dependent }
     }
 
     fn compliance(&self) -> Result<Vec<Element>, FileError> {
