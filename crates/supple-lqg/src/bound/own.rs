@@ -31,6 +31,7 @@ const CONTROL_STEPS: [usize; 2] = [256, 16_384];
 ///
 /// Example: [`own_rates`].
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct OwnRates {
     /// `Tr(Theta Sigma)`: the cost of state uncertainty per step.
     pub price: f64,

@@ -188,6 +188,7 @@ fn distance_of(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Res
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Achieved {
     /// Directed information, nats: over all decisions, or per step where nothing changes over time.
     pub nats: f64,

@@ -10,6 +10,7 @@ use crate::dense::{Dense, dense, store};
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct VirtualSensor {
     /// How many numbers it measures: the rank of `P^-1 - (A P A' + W)^-1 = C' V^-1 C`.
     pub rank: usize,

@@ -12,6 +12,7 @@ use crate::problem::Task;
 ///
 /// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MeasurementReport {
     /// Its name.
     pub name: String,
