@@ -41,6 +41,14 @@ impl Arguments {
         Self::from_arg_matches_mut(&mut matches).unwrap_or_else(|error| error.format(&mut command_line()).exit())
     }
 
+    /// The first line of the help on an option of a command, by the option's long name.
+    pub fn help_of(command: &str, option: &str) -> Option<String> {
+        let line = command_line();
+        let command = line.find_subcommand(command)?;
+        let argument = command.get_arguments().find(|argument| argument.get_long() == Some(option))?;
+        Some(argument.get_help()?.to_string())
+    }
+
     /// Parses the arguments of a step of a study file, which follow the program's name.
     ///
     /// # Errors
@@ -283,7 +291,7 @@ pub struct Output {
     /// Folder for the result, its trajectories, and everything needed to reproduce it
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print JSON and nothing else: one object, or one per point of a sweep
+    /// Print the result as one JSON object and nothing else
     #[arg(long)]
     pub json: bool,
 }

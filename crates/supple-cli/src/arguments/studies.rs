@@ -8,6 +8,7 @@ use supple::design::{GradientKind, Method, ROLLOUTS};
 use super::{Output, TaskArguments, count, gradient_kind, method, seed};
 
 #[derive(Args, Debug)]
+#[command(mut_arg("json", |json| json.help("Print one JSON object per point, a line each, and nothing else")))]
 pub struct SweepOptions {
     #[command(flatten)]
     pub task: TaskArguments,

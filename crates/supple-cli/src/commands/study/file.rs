@@ -288,12 +288,16 @@ impl Reading<'_> {
             }
             (ErrorKind::MissingRequiredArgument, Some(key), _) => self.error(place, &key, "is missing".to_owned()),
             (ErrorKind::ValueValidation, Some(key), Some(told)) => self.error(place, &key, told),
-            (ErrorKind::InvalidValue, Some(key), _) if found.is_empty() => {
-                self.error(place, &key, "needs a value, not true or false".to_owned())
-            }
             (ErrorKind::InvalidValue, Some(key), _) => {
-                let valid = context(ContextKind::ValidValue).unwrap_or_default();
-                self.error(place, &key, format!("must be one of {valid}; found `{found}`"))
+                let found = if found.is_empty() { "true".to_owned() } else { format!("`{found}`") };
+                let message = match context(ContextKind::ValidValue).filter(|valid| !valid.is_empty()) {
+                    Some(valid) => format!("must be one of {valid}; found {found}"),
+                    None => {
+                        let help = Arguments::help_of(command, &key.replace('_', "-")).unwrap_or_default();
+                        format!("takes a value ({}); found {found}", uncapitalised(&help))
+                    }
+                };
+                self.error(place, &key, message)
             }
             (_, key, _) => {
                 // The first line says what is wrong; the rest is help on the command line.
@@ -357,6 +361,12 @@ impl Reading<'_> {
     fn error(&self, (list, index): At, key: &str, message: String) -> FileError {
         self.document.error(&[list.into(), index.into(), Place::Key(key)], message)
     }
+}
+
+/// A text with its first letter in lower case.
+fn uncapitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
 /// A path without `.` and, where they lead up from a named folder, `..`.
