@@ -137,8 +137,8 @@ impl Vocabulary {
         names.iter().map(find).collect()
     }
 
-    /// The error for a signal that there is not. A robot has hundreds: it then lists the nearest ones, and how the others
-    /// begin.
+    /// The error for a signal that there is not. A robot has hundreds: it then lists the nearest ones, and how the
+    /// others begin.
     fn unknown_signal(&self, name: &str) -> Unfit {
         let what = format!("the model has no signal `{name}`");
         if self.signals.len() <= FEW_SIGNALS {
