@@ -145,11 +145,11 @@ def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: boo
 def _valid(axes: str, shape: tuple[int, ...], measured: bool, once: bool) -> str:
     """The valid shapes, in letters and in numbers."""
     letters = ", ".join(axes) + ("," if len(axes) == 1 else "")
-    lengths = "x".join(str(length) for length in shape)
     if once:
         return f"({letters}) = {_text(shape)}"
     time = "N+1" if measured else "N"
-    return f"({letters}) = {_text(shape)}, or ({time}, {letters.rstrip(',')}) with one of {lengths} for each step"
+    each = ", ".join([time, *map(str, shape)])
+    return f"({letters}) = {_text(shape)}, or ({time}, {letters.rstrip(',')}) = ({each}) for N steps"
 
 
 def symmetric(

@@ -244,7 +244,7 @@ MISUSE: list[tuple[dict[str, Any], str]] = [
         {"A": np.ones((5, 2, 2)), "C": np.ones((5, 1, 2)), "N": None},
         r"must be N\+1 = 6, as N = 5 by the shape of A",
     ),
-    ({"c": [1.0]}, r"c has the shape \(1,\): it must be \(n,\) = \(2,\), or \(N, n\) with one of 2 for each step"),
+    ({"c": [1.0]}, r"c has the shape \(1,\): it must be \(n,\) = \(2,\), or \(N, n\) = \(N, 2\) for N steps"),
     ({"S": [[1.0, 2.0]]}, r"S has the shape \(1, 2\): it must be \(n, m\) = \(2, 1\)"),
     ({"qN": np.ones((3, 2))}, r"qN has the shape \(3, 2\): it must be \(n,\) = \(2,\)"),
     ({"x0": [1.0]}, r"x0 has the shape \(1,\): it must be \(n,\) = \(2,\)"),

@@ -83,8 +83,8 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
     std::fs::write(folder.path("file"), "").unwrap();
     let before = folder.names();
     for (words, says) in [
-        (&["empty", "--to", "c"][..], "empty/result.json"),
-        (&["missing", "--to", "c"], "missing/result.json"),
+        (&["empty", "--to", "c"][..], "empty: holds no result: it has no file `result.json`"),
+        (&["missing", "--to", "c"], "missing: there is no such folder (results are in the folders that `--out` names"),
         (&["at", "--to", "json", "--out", "there.json"], "there.json"),
         (&["at", "--to", "json", "--out", "file/one.json"], "file/one.json"),
         (&["at", "--to", "npz", "--out", ".."], "is not a file name"),

@@ -45,8 +45,8 @@ fn folders_without_results_are_refused_and_nothing_is_written() {
     std::fs::create_dir(folder.path("later")).unwrap();
     std::fs::write(folder.path("later/result.json"), "{\"format\": 99}").unwrap();
     for (name, says) in [
-        ("empty", "empty/result.json"),
-        ("missing", "missing/result.json"),
+        ("empty", "empty: holds no result: it has no file `result.json`"),
+        ("missing", "missing: there is no such folder"),
         ("bad", "bad/result.json"),
         ("later", "format 99"),
     ] {

@@ -137,9 +137,9 @@ impl Explorer {
     /// The design on screen as a task, whose file has its parameters, limits and noise as its own.
     ///
     /// # Errors
-    /// Where limits or noise were turned and the file cannot be edited: why.
-    pub fn task(&self) -> Result<LoadedTask, String> {
-        self.state.on_screen(|screen, _| screen.task())
+    /// Where limits or noise were turned and the file cannot be edited.
+    pub fn task(&self) -> Result<LoadedTask, StudyError> {
+        self.state.on_screen(|screen, _| screen.task()).map_err(StudyError::Usage)
     }
 
     /// Whether it was told to end.

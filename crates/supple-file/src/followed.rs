@@ -68,7 +68,7 @@ impl Reader<'_> {
         }
         let side = |key: &'static str, given: Option<OneOrMore>, none: f64| {
             let given = given.unwrap_or(OneOrMore(vec![Value::Number(none)]));
-            given.each(quantity.len()).map_err(|message| self.error(key, message))
+            given.each(quantity.len()).map_err(|wrong| self.error(key, wrong.to_string()))
         };
         let limits = [side("lower", lower, f64::NEG_INFINITY)?, side("upper", upper, f64::INFINITY)?];
         let phi = self.context.parameters.initial();

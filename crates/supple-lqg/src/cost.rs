@@ -10,6 +10,7 @@ use crate::riccati::Policy;
 ///
 /// Example: [`cost_parts`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[non_exhaustive]
 pub struct CostParts {
     /// `sum l_t(xbar, ubar) + l_N(xbar_N)`
     pub nominal: f64,

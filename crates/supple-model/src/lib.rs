@@ -39,7 +39,7 @@
 //! let mut next = [0.0; 5];
 //! system.step(0, &x, &u, &phi, &mut next);
 //! assert_eq!(next, [0.5, -0.2, 0.0, 0.25, 1.0]);
-//! # Ok::<(), String>(())
+//! # Ok::<(), supple_model::ValueError>(())
 //! ```
 
 mod channels;
@@ -74,7 +74,7 @@ pub use physics::{
 pub use supple_kernels::{Matrices, Scalar, Scratch};
 pub use supple_lqg::Dimensions;
 pub use trajectory::{Trajectory, time_of};
-pub use value::{Names, ParameterHandle, Value, is_name};
+pub use value::{Names, ParameterHandle, Value, ValueError, is_name};
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

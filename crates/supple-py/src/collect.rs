@@ -5,9 +5,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use supple::design::{Control, DesignSettings, StartSummary};
-use supple_study::robustness::{Costs, DesignChoice, RobustDesign, RobustnessOptions};
-use supple_study::study::Work;
+use supple::design::{Control, DesignSettings};
+use supple_study::robustness::{DesignChoice, RobustnessOptions};
+use supple_study::study::{Found, Unit, Work};
 use supple_study::sweep::{Collector, SweepOptions, SweepUnit};
 use supple_study::{Folder, Made, StudyError, StudyResult, robustness};
 
@@ -15,7 +15,7 @@ use crate::errors;
 use crate::options::{AxisValues, Designed};
 use crate::result::Kept;
 use crate::task::{NativeTask, design_settings};
-use crate::unit::{Shared, Unit, from_bytes, to_bytes};
+use crate::unit::{Shared, from_bytes, to_bytes};
 
 /// A unit: its bytes, how many parts of the work it is, and its name in words.
 type Given<'py> = (Bound<'py, PyBytes>, usize, String);
@@ -25,8 +25,10 @@ fn pack<'py, T: serde::Serialize>(py: Python<'py>, value: &T) -> PyResult<Bound<
     Ok(PyBytes::new(py, &bytes))
 }
 
-fn unpack<T: serde::de::DeserializeOwned>(py: Python<'_>, all: &[Vec<u8>]) -> PyResult<Vec<T>> {
-    all.iter().map(|bytes| from_bytes(py, bytes)).collect()
+/// The results of units, of the kind that `of` takes.
+fn unpack<T>(py: Python<'_>, all: &[Vec<u8>], of: impl Fn(Found) -> Result<T, StudyError>) -> PyResult<Vec<T>> {
+    let read = |bytes| of(from_bytes(py, bytes)?).map_err(|error| errors::of_study(py, &error));
+    all.iter().map(|bytes: &Vec<u8>| read(bytes)).collect()
 }
 
 /// A sweep.
@@ -85,7 +87,7 @@ impl SweepCollector {
 
     /// What its units share, for `Units`.
     fn shared<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        pack(py, &Shared::Sweep(self.options.clone()))
+        pack(py, &Shared::from(Work::Sweep(self.options.clone())))
     }
 
     /// Points that were done before, and all points.
@@ -113,7 +115,10 @@ impl SweepCollector {
     fn keep(&self, py: Python<'_>, done: Vec<(Vec<u8>, Vec<u8>)>) -> PyResult<usize> {
         let read = |(unit, rows): &(Vec<u8>, Vec<u8>)| -> PyResult<(SweepUnit, Vec<String>)> {
             match from_bytes(py, unit)? {
-                Unit::Segments(unit) => Ok((unit, from_bytes(py, rows)?)),
+                Unit::Segments(unit) => {
+                    let rows = from_bytes::<Found>(py, rows)?.rows();
+                    Ok((unit, rows.map_err(|error| errors::of_study(py, &error))?))
+                }
                 _ => Err(errors::usage(py, "this unit does not belong to a sweep")),
             }
         };
@@ -153,7 +158,7 @@ impl DesignCollector {
 
     /// What its units share, for `Units`.
     fn shared<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        pack(py, &Shared::Design(self.settings.clone()))
+        pack(py, &Shared::from(Work::Design(Box::new(self.settings.clone()))))
     }
 
     /// A unit by start.
@@ -164,7 +169,7 @@ impl DesignCollector {
 
     /// Makes the result of what all starts found, in their order, in so many seconds.
     fn finish(&self, py: Python<'_>, found: Vec<Vec<u8>>, seconds: f64) -> PyResult<Kept> {
-        let found: Vec<StartSummary> = unpack(py, &found)?;
+        let found = unpack(py, &found, Found::start)?;
         let settings = &self.settings;
         self.task.get().made_by(py, Work::Design(Box::new(settings.clone())), None, |_, task, watch| {
             let control = Control { stop: watch.stop, ..Control::default() };
@@ -208,7 +213,8 @@ impl RobustnessCollector {
 
     /// What its other units share, for `Units`, with what the starts of the optimum found.
     fn shared<'py>(&self, py: Python<'py>, starts: Vec<Vec<u8>>) -> PyResult<Bound<'py, PyBytes>> {
-        pack(py, &Shared::Robustness(self.options.clone(), unpack(py, &starts)?))
+        let starts = unpack(py, &starts, Found::start)?;
+        pack(py, &Shared { work: Work::Robustness(self.options.clone()), starts })
     }
 
     /// A unit by design.
@@ -228,8 +234,8 @@ impl RobustnessCollector {
 
     /// Makes the result of what all designs and cells found, in their order.
     fn finish(&self, py: Python<'_>, designs: Vec<Vec<u8>>, cells: Vec<Vec<u8>>) -> PyResult<Kept> {
-        let designs: Vec<RobustDesign> = unpack(py, &designs)?;
-        let costs = unpack::<Vec<Costs>>(py, &cells)?.into_iter().flatten().collect();
+        let designs = unpack(py, &designs, Found::design)?;
+        let costs = unpack(py, &cells, Found::cells)?.into_iter().flatten().collect();
         self.task.get().made_by(py, Work::Robustness(self.options.clone()), None, |_, task, _| {
             let result = robustness::combine(task, &self.options, designs, costs)?;
             Ok(StudyResult::Robustness(Box::new(result)))

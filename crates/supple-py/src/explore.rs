@@ -86,7 +86,7 @@ impl NativeExplorer {
 
     /// The design on screen as a task.
     fn task(&self, py: Python<'_>) -> PyResult<NativeTask> {
-        let task = py.detach(|| self.explorer.task()).map_err(|why| errors::usage(py, &why))?;
+        let task = py.detach(|| self.explorer.task()).map_err(|error| errors::of_study(py, &error))?;
         Ok(NativeTask { task, failures: self.failures.clone() })
     }
 

@@ -5,7 +5,7 @@ use pyo3::types::PyTuple;
 use supple::scene::LandmarkKind;
 use supple::simulate::Rollouts;
 use supple::{Channels, Dimensions, Error, Limited, Matrices};
-use supple::{Elsewhere, Names, Other};
+use supple::{Elsewhere, Names, Other, ValueError};
 use supple_study::{LoadedTask, Source};
 
 use crate::errors;
@@ -163,7 +163,7 @@ fn text(mut table: toml::Table, parameters: &[String]) -> Result<String, String>
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn number(task: &LoadedTask, text: &str) -> Result<f64, String> {
+pub fn number(task: &LoadedTask, text: &str) -> Result<f64, ValueError> {
     let names = Names::new(task.problem.parameters.names().to_vec());
     Ok(names.value(text)?.resolve(&task.phi))
 }

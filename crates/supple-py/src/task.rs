@@ -200,7 +200,7 @@ impl NativeTask {
 
     /// The number that a text in its place means: the name of a parameter, or an expression of parameters.
     fn number(&self, py: Python<'_>, text: &str) -> PyResult<f64> {
-        plant::number(&self.task, text).map_err(|error| errors::usage(py, &error))
+        plant::number(&self.task, text).map_err(|error| errors::usage(py, &error.to_string()))
     }
 
     /// The same task with other numbers for elements of lists of `[model]` (by list, name and key), for parameters (even out

@@ -1,77 +1,53 @@
 //! Units of work: what worker processes do of a study, from bytes to bytes, on one thread.
 
-use std::ops::Range;
-
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rayon::ThreadPoolBuilder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use supple::Stop;
-use supple::design::{Control, DesignSettings, StartSummary};
+use supple::design::StartSummary;
 use supple::simulate::Estimate;
 use supple::{Dimensions, Level};
-use supple_study::design::run_start;
-use supple_study::robustness::{RobustnessOptions, RobustnessUnits};
-use supple_study::sweep::{SweepOptions, SweepUnit, SweepUnits};
-use supple_study::{LoadedTask, StudyError};
+use supple_study::StudyError;
+use supple_study::study::{Unit, Work};
 
 use crate::errors;
 use crate::pool;
 use crate::task::NativeTask;
 use crate::watch::long_study;
 
-/// What all units of a study share, beside the task.
+/// The data that all units of a study share, beside the task.
 #[derive(Serialize, Deserialize)]
-pub enum Shared {
-    Sweep(SweepOptions),
-    Design(DesignSettings),
-    /// With the starts of the optimum, where that is one of the designs.
-    Robustness(RobustnessOptions, Vec<StartSummary>),
+pub struct Shared {
+    pub work: Work,
+    /// Of the optimum, where that is one of the designs.
+    pub starts: Vec<StartSummary>,
 }
 
-/// A unit of work.
-#[derive(Serialize, Deserialize)]
-pub enum Unit {
-    Segments(SweepUnit),
-    Start(usize),
-    Design(usize),
-    Cells(Range<usize>),
-}
-
-/// A study made ready for its units.
-enum Study {
-    Sweep(Box<SweepUnits>),
-    Design(DesignSettings),
-    Robustness(RobustnessUnits),
+impl From<Work> for Shared {
+    fn from(work: Work) -> Self {
+        Self { work, starts: Vec::new() }
+    }
 }
 
 /// Does units of one study.
 #[pyclass(name = "Units", module = "supple._supple", frozen)]
 pub struct Units {
     task: Py<NativeTask>,
-    study: Study,
+    units: supple_study::study::Units,
 }
 
 #[pymethods]
 impl Units {
     #[new]
     fn new(py: Python<'_>, task: Py<NativeTask>, shared: &[u8]) -> PyResult<Self> {
-        let shared: Shared = from_bytes(py, shared)?;
+        let Shared { work, starts } = from_bytes(py, shared)?;
         let loaded = &task.get().task;
         let pool = pool::pool(py)?;
-        let prepare = || {
-            Ok(match shared {
-                Shared::Sweep(options) => Study::Sweep(Box::new(SweepUnits::new(loaded, &options)?)),
-                Shared::Design(settings) => Study::Design(settings),
-                Shared::Robustness(options, starts) => {
-                    Study::Robustness(RobustnessUnits::new(loaded, &options, starts)?)
-                }
-            })
-        };
-        let study = py.detach(|| pool.install(prepare));
-        let study = study.map_err(|error: StudyError| errors::of_study(py, &error))?;
-        Ok(Self { task, study })
+        let units = py.detach(|| pool.install(|| supple_study::study::Units::new(loaded, &work, starts)));
+        let units = units.map_err(|error| errors::of_study(py, &error))?;
+        Ok(Self { task, units })
     }
 
     /// Does units, one after the other; the bytes of what each found.
@@ -81,25 +57,12 @@ impl Units {
         // Units on one machine must not compete for its cores.
         let alone = ThreadPoolBuilder::new().num_threads(1).build();
         let alone = alone.map_err(|error| errors::usage(py, &format!("a thread cannot be made: {error}")))?;
-        let work =
-            |stop: Stop| units.into_iter().map(|unit| self.study.work(task, unit, stop)).collect::<Result<Vec<_>, _>>();
+        let work = |stop: Stop| {
+            let found = units.into_iter().map(|unit| to_bytes(&self.units.work(task, unit, stop)?));
+            found.collect::<Result<Vec<_>, _>>()
+        };
         let found = long_study(py, None, failures, |watch| alone.install(|| work(watch.stop)))?;
         Ok(found.iter().map(|bytes| PyBytes::new(py, bytes)).collect())
-    }
-}
-
-impl Study {
-    fn work(&self, task: &LoadedTask, unit: Unit, stop: Stop) -> Result<Vec<u8>, StudyError> {
-        match (self, unit) {
-            (Self::Sweep(units), Unit::Segments(unit)) => to_bytes(&units.work(&unit, stop)?),
-            (Self::Design(settings), Unit::Start(start)) => {
-                let control = Control { stop, ..Control::default() };
-                to_bytes(&run_start(task, settings, start, control)?)
-            }
-            (Self::Robustness(units), Unit::Design(design)) => to_bytes(&units.design(task, design, stop)?),
-            (Self::Robustness(units), Unit::Cells(numbers)) => to_bytes(&units.cells(task, numbers, stop)?),
-            _ => Err(StudyError::usage("this unit belongs to another study")),
-        }
     }
 }
 

@@ -57,6 +57,7 @@ pub struct BoundOptions {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BoundStudy {
     /// What was asked for.
     pub options: BoundOptions,
@@ -72,6 +73,7 @@ pub struct BoundStudy {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Curve {
     /// The task.
     pub task: String,
@@ -83,6 +85,7 @@ pub struct Curve {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CurvePoint {
     /// The expected cost: over the task, or per step where it is stationary.
     pub cost: f64,

@@ -37,6 +37,7 @@ const BEST: usize = 10;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CatalogueReport {
     /// How they were chosen.
     pub method: CatalogueMethod,
@@ -71,6 +72,7 @@ pub struct CatalogueReport {
 ///
 /// Example: [`CatalogueReport`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ChosenEntry {
     /// The parameter.
     pub parameter: String,
@@ -88,6 +90,7 @@ pub struct ChosenEntry {
 ///
 /// Example: [`CatalogueReport`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ContinuousOptimum {
     /// How its search ended.
     pub status: DesignStatus,
@@ -107,6 +110,7 @@ pub struct ContinuousOptimum {
 ///
 /// Example: [`CatalogueReport`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CombinationReport {
     /// How its search ended; where nothing but catalogues is designed, whether it meets every bound.
     pub status: DesignStatus,

@@ -62,6 +62,7 @@ use crate::{About, LoadedTask, StudyError, Watch};
 ///
 /// Example: the [module](crate::design).
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DesignReport {
     /// How the search ended.
     pub status: DesignStatus,
@@ -208,6 +209,7 @@ impl std::fmt::Display for Unconfirmed {
 ///
 /// Example: the [module](crate::design).
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TaskPrice {
     /// The task.
     pub task: String,
@@ -219,6 +221,7 @@ pub struct TaskPrice {
 ///
 /// Example: the [module](crate::design).
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StartReport {
     /// How it ended.
     pub status: DesignStatus,

@@ -1,8 +1,8 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use supple::Named;
 use supple::parameters::Parameter;
+use supple::{FileError, Named};
 use supple_file::read_text;
 
 use crate::checksums;
@@ -256,7 +256,7 @@ impl Folder {
     /// Where there is no result in it, or one that this version cannot read.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         let file = path.join(RESULT);
-        let text = read_text(&file)?;
+        let text = read_text(&file).map_err(|error| absent(path, error))?;
         let format = serde_json::from_str::<Format>(&text).map(|format| format.format);
         match format {
             Ok(FORMAT) => {}
@@ -276,6 +276,23 @@ impl Folder {
             .map_err(|why| StudyError::kept(&file, format!("is damaged: {why}; recompute the result")))?;
         Ok(Self { path: path.to_owned(), made, result })
     }
+}
+
+/// The error for a folder whose result cannot be read: if it has none, says so, and where results are.
+fn absent(path: &Path, error: FileError) -> FileError {
+    let elsewhere = "results are in the folders that `--out` names, in Python `out`";
+    let (message, help) = if path.join(RESULT).exists() {
+        return error;
+    } else if path.join(JOURNAL).exists() {
+        ("holds an incomplete study and no result yet", "run the same command again to resume it")
+    } else if path.is_dir() {
+        ("holds no result: it has no file `result.json`", elsewhere)
+    } else if path.exists() {
+        ("is a file, not the folder of a result", elsewhere)
+    } else {
+        ("there is no such folder", elsewhere)
+    };
+    FileError { file: path.display().to_string(), message: message.to_owned(), help: Some(help.to_owned()), ..error }
 }
 
 /// Removes a file where there is one.

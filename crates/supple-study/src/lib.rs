@@ -9,6 +9,7 @@
 //! |---|---|
 //! | a task file as it was read, with the parameters to start from | [`LoadedTask`] |
 //! | what to do, with all options, and the one function that does it | [`Work`](study::Work), [`Work::run`](study::Work::run) |
+//! | parts of long work for other processes | [`Units`](study::Units) |
 //! | the result of any study, as plain data | [`StudyResult`] |
 //! | one folder per result, with all that determined it | [`Folder`], [`Made`] |
 //! | progress, and the request to stop | [`Watch`], [`Progress`], [`Silent`] |

@@ -76,6 +76,7 @@ impl Source {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct About {
     /// Its title; may be empty.
     pub title: String,
@@ -89,6 +90,7 @@ pub struct About {
 ///
 /// Example: [`About`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct AboutTask {
     /// Its name.
     pub name: String,

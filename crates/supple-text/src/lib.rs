@@ -256,6 +256,20 @@ pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     (best > 0.7 && 3 * name.len() >= found.len()).then(|| format!("did you mean `{name}`?"))
 }
 
+/// The valid names most like an invalid one, the most alike first, `most` of them.
+///
+/// ```
+/// let valid = ["arm.force_x", "arm.force_y", "hand.x", "hand.y"];
+/// assert_eq!(supple_text::nearest_few("arm.force", &valid, 2), ["arm.force_x", "arm.force_y"]);
+/// ```
+pub fn nearest_few<'a, T: AsRef<str>>(found: &str, valid: &'a [T], most: usize) -> Vec<&'a str> {
+    let found = found.to_lowercase();
+    let likeness = |name: &str| strsim::jaro_winkler(&found, &name.to_lowercase());
+    let mut named: Vec<_> = valid.iter().map(|name| (likeness(name.as_ref()), name.as_ref())).collect();
+    named.sort_by(|a, b| b.0.total_cmp(&a.0));
+    named.into_iter().take(most).map(|(_, name)| name).collect()
+}
+
 /// The list of valid names for an error message: `it has a, b`, or `none are defined`.
 ///
 /// Example: [`quoted`].

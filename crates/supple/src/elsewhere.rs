@@ -64,6 +64,7 @@ pub struct Runs {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Elsewhere {
     /// How the plan ended.
     pub status: PlanStatus,

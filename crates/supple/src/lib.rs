@@ -103,8 +103,8 @@ pub use supple_model::{
     CENTER_OF_MASS, Channel, Channels, Contact, ContactReport, ContactState, Drive, EFFORT, FRAME_SIGNALS, FileError,
     FileSensor, Instruction, Kinds, Limit, LimitViolation, Limited, Linear, Model, NEGLIGIBLE_FORCE, Named, Names,
     OwnCost, POWER, ParameterHandle, PlainFile, Point, Price, PriceReport, Recorded, RecordedParts, Sensed, Tape,
-    TapeError, TapeParts, Trajectory, TwoMass, Unfit, Value, WantedForce, cost, coupling, followed, frame_signals,
-    is_name, limits_violated, noise, or_nan, parameters, quantity, scene, system, time_of,
+    TapeError, TapeParts, Trajectory, TwoMass, Unfit, Value, ValueError, WantedForce, cost, coupling, followed,
+    frame_signals, is_name, limits_violated, noise, or_nan, parameters, quantity, scene, system, time_of,
 };
 pub use supple_robot as robot;
 pub use touching::{contact_reports, contact_warnings, misses_contact};

@@ -39,6 +39,7 @@ pub type Rows = Vec<Vec<f64>>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Linearisation {
     /// How the plan ended.
     pub status: PlanStatus,

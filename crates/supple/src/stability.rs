@@ -12,6 +12,7 @@ use supple_text::digits;
 ///
 /// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[non_exhaustive]
 pub struct Stability {
     /// Time step, s.
     pub time_step: f64,

@@ -141,7 +141,7 @@ pub enum StudyCommand {
     /// Evaluate a grid of designs
     ///
     /// With --out, a journal in the folder records finished points, and the same command resumes after an interruption.
-    /// With --json, one JSON object per point is printed.
+    #[command(mut_arg("json", |json| json.help("Print one JSON object per point, a line each, and nothing else")))]
     Sweep(Asked<SweepOptions>),
     /// Compare the costs of designs in closed loop as a noise variance grows
     Robustness(Asked<RobustnessOptions>),
@@ -302,7 +302,7 @@ pub struct Output {
     /// Folder for the result, its trajectories, and everything needed to reproduce it
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print JSON and nothing else: one object, or one per point of a sweep
+    /// Print the result as one JSON object and nothing else
     #[arg(long)]
     pub json: bool,
 }

@@ -141,7 +141,7 @@ pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
 
 /// A line for each limit that the plan of a task is held at.
 pub(super) fn reached_lines(task: &TaskEvaluation) -> String {
-    let line = |LimitReached { name, unit, limit, upper, step, steps, price }: &LimitReached| {
+    let line = |LimitReached { name, unit, limit, upper, step, steps, price, .. }: &LimitReached| {
         let side = if *upper { "at most" } else { "at least" };
         let steps = if *steps == 1 { format!("step {step}") } else { format!("{steps} steps from {step}") };
         let (limit, price) = (with_unit(*limit, unit), number(*price));

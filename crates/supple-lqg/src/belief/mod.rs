@@ -3,6 +3,7 @@
 mod adjoint;
 mod array;
 mod batch;
+mod correction;
 mod innovation;
 mod kalman;
 mod predict;
@@ -12,7 +13,8 @@ mod together;
 
 pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
 pub use batch::{correct_each, predict_each};
-pub use innovation::Innovation;
+pub(crate) use correction::Correction;
+pub use innovation::{Innovation, InnovationCovariance};
 pub use kalman::kalman;
 pub(crate) use kalman::kalman_to_the_end;
 pub use state::Belief;

@@ -6,6 +6,7 @@ use supple_kernels::rows::{
 use supple_kernels::{Job, Lanes};
 
 use super::array;
+use super::innovation::form;
 use super::state::{Belief, Work};
 use crate::knots::Knots;
 use crate::shape::Shape;
@@ -44,14 +45,7 @@ impl<R: Rows> Job for Correct<'_, R> {
         let Work { cross, innovation, reciprocals, noise_factor, column, .. } = &mut belief.work;
         let (cross, rows, reciprocals) = (cross.at_mut(0), innovation.at_mut(0), reciprocals.at_mut(0));
 
-        let (left, right) = (Left::plain(c, narrow), View::new(predicted, narrow));
-        Product { left, right, rows: p, inner: n, width: narrow }.set::<L, R>(ViewMut::new(cross, narrow));
-        for i in 0..p {
-            for j in 0..=i {
-                let (row, other) = (&cross[i * narrow..i * narrow + n], &c[j * narrow..j * narrow + n]);
-                rows[i * stride + j] = dot(row, other) + v[i * small + j];
-            }
-        }
+        form::<L, R>(shape, (c, predicted, v), cross, (&mut *rows, stride));
         let beside = Scaled { from: View::new(cross, narrow), factor: 1.0, rows: p, count: n };
         beside.set::<L, R>(ViewMut::new(&mut rows[small..], stride));
         factor::<L, R>(ViewMut::new(rows, stride), p, stride, reciprocals)?;

@@ -98,6 +98,7 @@ pub fn product_growth(dynamics: &Matrices, steps: usize) -> Result<f64, Error> {
 ///
 /// Example: [`kostina_hassibi`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct KostinaHassibi {
     /// Nats per step; negative or minus infinity if the bound is vacuous.
     pub nats: f64,

@@ -71,7 +71,7 @@ pub use minimum::{minimum_information, minimum_information_within};
 pub use nearby::Nearby;
 pub use needed::Needed;
 pub use own::{OwnRates, own_rates};
-pub use proof::{Achieved, Proof, regulator_distance};
+pub use proof::{Achieved, Proof, Unproved, regulator_distance};
 pub use sensitivity::Sensitivity;
 pub use settings::{BoundSettings, BoundStatus};
 pub use solution::{MinimumInformation, StationaryMinimum, virtual_sensors};

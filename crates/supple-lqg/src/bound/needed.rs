@@ -30,6 +30,7 @@ const SETTINGS: BoundSettings = BoundSettings { gap: 1e-8, max_iterations: 60 };
 /// # Ok::<(), supple_lqg::Error>(())
 /// ```
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Needed {
     /// Nats over the whole horizon.
     pub nats: f64,

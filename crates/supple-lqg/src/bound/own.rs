@@ -1,6 +1,5 @@
 //! The information that given sensors and the optimal controller use in steady state.
 
-use nalgebra::{Cholesky, Dyn};
 use supple_kernels::{Matrices, halt, math};
 
 use super::horizon::Stationary;
@@ -8,8 +7,8 @@ use super::regulator::regulator;
 use super::settle::settled;
 use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
 use crate::Error;
-use crate::belief::{Belief, kalman_to_the_end};
-use crate::dense::{Dense, congruence, dense, eigenvalues, first, joseph, store, symmetric};
+use crate::belief::{Belief, Correction, kalman_to_the_end};
+use crate::dense::{Dense, congruence, dense, eigenvalues, first, store, symmetric};
 use crate::given::MEASUREMENT;
 use crate::information::control_information;
 use crate::knots::Knots;
@@ -32,6 +31,7 @@ const CONTROL_STEPS: [usize; 2] = [256, 16_384];
 ///
 /// Example: [`own_rates`].
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct OwnRates {
     /// `Tr(Theta Sigma)`: the cost of state uncertainty per step.
     pub price: f64,
@@ -85,18 +85,18 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
             let far = settled(&a, &precision, &w, &predicted);
             let found = far.map_or(Ok(None), |far| filter.settle(far))?;
             found.filter(|step| {
-                let closed = &a * (Dense::identity(a.nrows(), a.nrows()) - &step.gain * &c);
+                let closed = &a * (Dense::identity(a.nrows(), a.nrows()) - &step.correction.gain * &c);
                 eigenvalues(&closed).is_some_and(|roots| roots.iter().all(|root| root.norm() <= 1.0 + STABLE))
             })
         }
         found => found,
     };
-    let Some(Step { next, corrected, innovation, .. }) = steady else { return Ok(None) };
+    let Some(Step { next, correction }) = steady else { return Ok(None) };
     let log = |factor: &Dense| factor.diagonal().iter().map(|pivot| math::ln(*pivot)).sum::<f64>();
     Ok(Some(OwnRates {
-        price: dense(&problem.price, 0).dot(&congruence(&uncertain, &corrected)).max(0.0),
+        price: dense(&problem.price, 0).dot(&congruence(&uncertain, &correction.corrected)).max(0.0),
         // Rounding of a state that is known must not become less than no information.
-        measurement_nats: (log(innovation.l_dirty()) - log(of_noise.l_dirty())).max(0.0),
+        measurement_nats: (log(&correction.innovation_factor) - log(of_noise.l_dirty())).max(0.0),
         control_nats: control_nats(problem, (knots, noise), &congruence(&uncertain, &next))?,
     }))
 }
@@ -138,11 +138,7 @@ struct Filter<'a> {
 struct Step {
     /// The next predicted covariance.
     next: Dense,
-    /// The covariance after the measurement.
-    corrected: Dense,
-    gain: Dense,
-    /// The factor of the innovation's covariance.
-    innovation: Cholesky<f64, Dyn>,
+    correction: Correction,
 }
 
 impl Filter<'_> {
@@ -168,10 +164,8 @@ impl Filter<'_> {
     fn step(&self, predicted: &Dense) -> Result<Step, Error> {
         let Self { a, w, c, v } = self;
         let indefinite = || Error::NotPositiveDefinite { what: MEASUREMENT, step: 0 };
-        let innovation = symmetric(*c * predicted * c.transpose() + *v).cholesky().ok_or_else(indefinite)?;
-        let gain = innovation.solve(&(*c * predicted)).transpose();
-        let corrected = joseph(predicted, c, v, &gain);
-        Ok(Step { next: symmetric(*a * &corrected * a.transpose() + *w), corrected, gain, innovation })
+        let correction = Correction::of(predicted, c, v).ok_or_else(indefinite)?;
+        Ok(Step { next: symmetric(*a * &correction.corrected * a.transpose() + *w), correction })
     }
 }
 

@@ -138,11 +138,38 @@ impl Lower {
     }
 }
 
-/// The relative distance of the given cost from one for which the time-invariant regulator is exact; otherwise
-/// the reason why there is no such distance.
+/// Why the time-invariant regulator could not be proved to be exact for a cost near the given one.
+///
+/// ```
+/// use supple_lqg::bound::{Stationary, regulator_distance};
+/// use supple_lqg::constant;
+///
+/// // The price of uncertainty is that of x+ = x + u with the cost (x^2 + u^2) / 2 per step, not of another plant.
+/// let (cost, one) = (constant(&[[1.0, 0.0], [0.0, 1.0]]), constant(&[[1.0]]));
+/// let plant = Stationary::new(&constant(&[[1.0, 1.0]]), &one, &cost)?;
+/// let unproved = regulator_distance(&plant, &constant(&[[0.5, 1.0]]), &cost).err();
+/// assert!(unproved.is_some_and(|unproved| unproved.reason.contains("Riccati")));
+/// # Ok::<(), supple_lqg::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
+#[non_exhaustive]
+pub struct Unproved {
+    /// Which step of the proof failed.
+    pub reason: String,
+}
+
+/// The relative distance of the given cost from one for which the time-invariant regulator is exact.
+///
+/// # Errors
+/// If no such distance can be proved, or the computation is stopped.
 ///
 /// Example: [`own_rates`](crate::bound::own_rates).
-pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
+pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, Unproved> {
+    distance_of(system, dynamics, cost).map_err(|reason| Unproved { reason })
+}
+
+fn distance_of(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
     let (dynamics, cost, price) = (matrix(&dense(dynamics, 0)), matrix(&dense(cost, 0)), of(&system.price, 0));
     let Some(quotient) = system.quotient() else {
         return steady_law_distance(&dynamics, &cost, &price, &halt::is_requested);
@@ -161,6 +188,7 @@ pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matri
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Achieved {
     /// Directed information, nats: over all decisions, or per step where nothing changes over time.
     pub nats: f64,

@@ -14,6 +14,7 @@ use crate::dense::{Dense, dense, inverse_lower, store, symmetric};
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Sensitivity {
     /// With respect to `A_t`, n x n: one for each decision (the last is 0), or a single one in the time-invariant case.
     pub dynamics: Matrices,

@@ -6,7 +6,8 @@ use super::interior::Found;
 use super::reduce::Chain;
 use super::settle::settled;
 use super::virtual_sensor::VirtualSensor;
-use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, joseph, solve_lower, store, symmetric};
+use crate::belief::Correction;
+use crate::dense::{Dense, congruence, eigen, inverse_lower, store, symmetric};
 
 /// Signal-to-noise ratios below this, or below this share of the largest where all are below 1, are not measured: at
 /// most 7e-5 bits.
@@ -25,12 +26,6 @@ struct Reduced {
     measurement: Dense,
     /// The diagonal of `V`.
     variances: Vec<f64>,
-}
-
-/// A step of the filter in reduced coordinates.
-struct Corrected {
-    posterior: Dense,
-    gain: Dense,
 }
 
 /// The sensors of the final iterate, made precise enough to keep the budget.
@@ -100,33 +95,27 @@ fn enough(cost: impl Fn(f64) -> Option<f64>) -> f64 {
 
 /// The Kalman filter of these sensors: its cost as a share of the budget, and its steps; in steady state if the only
 /// decision is its own successor. `None` if there is no such filter.
-fn filter(chain: &Chain, sensors: &[Reduced], precision: f64) -> Option<(f64, Vec<Corrected>)> {
+fn filter(chain: &Chain, sensors: &[Reduced], precision: f64) -> Option<(f64, Vec<Correction>)> {
     let mut predicted = Dense::identity(chain.order(0), chain.order(0));
     if chain.wraps {
         predicted = steady(chain, &sensors[0], precision)?;
     }
     let (mut cost, mut steps) = (0.0, Vec::with_capacity(sensors.len()));
     for (stage, sensor) in chain.stages.iter().zip(sensors) {
-        let corrected = correct(&predicted, sensor, precision)?;
-        cost += stage.price.dot(&corrected.posterior);
-        predicted = congruence(&stage.dynamics, &corrected.posterior) + &stage.process;
-        steps.push(corrected);
+        let step = correct(&predicted, sensor, precision)?;
+        cost += stage.price.dot(&step.corrected);
+        predicted = congruence(&stage.dynamics, &step.corrected) + &stage.process;
+        steps.push(step);
     }
     cost.is_finite().then_some((cost, steps))
 }
 
-fn correct(predicted: &Dense, sensor: &Reduced, precision: f64) -> Option<Corrected> {
-    let c = &sensor.measurement;
+fn correct(predicted: &Dense, sensor: &Reduced, precision: f64) -> Option<Correction> {
     let noise = Dense::from_diagonal(&nalgebra::DVector::from_iterator(
         sensor.variances.len(),
         sensor.variances.iter().map(|variance| variance / precision),
     ));
-    let factor = cholesky(&symmetric(c * predicted * c.transpose() + &noise))?;
-    let half = solve_lower(&factor, c * predicted);
-    let inverse = inverse_lower(&factor);
-    let gain = half.transpose() * inverse;
-    let posterior = joseph(predicted, c, &noise, &gain);
-    Some(Corrected { posterior, gain })
+    Correction::of(predicted, &sensor.measurement, &noise)
 }
 
 /// The predicted covariance of the filter in steady state.

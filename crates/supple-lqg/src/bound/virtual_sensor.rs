@@ -2,13 +2,15 @@
 
 use supple_kernels::Matrices;
 
-use crate::dense::{Dense, cholesky, dense, inverse_lower, store, symmetric};
+use crate::belief::Correction;
+use crate::dense::{Dense, dense, store};
 
 /// A sensor that attains the minimum information with the Kalman filter and the optimal regulator:
 /// `y = C x + v`, one at each step (theory, equation L.13).
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct VirtualSensor {
     /// How many numbers it measures: the rank of `P^-1 - (A P A' + W)^-1 = C' V^-1 C`.
     pub rank: usize,
@@ -30,11 +32,8 @@ impl VirtualSensor {
     pub(super) fn gain_from(&self, predicted: &Dense) -> Option<Matrices> {
         let c = dense(&self.measurement, 0);
         let noise = Dense::from_diagonal(&nalgebra::DVector::from_column_slice(&self.variances));
-        let seen = &c * predicted;
-        let factor = cholesky(&symmetric(&seen * c.transpose() + noise))?;
-        let inverse = inverse_lower(&factor);
         let mut gain = Matrices::zeros(1, predicted.nrows(), self.rank);
-        store(&mut gain, 0, &((&inverse * seen).transpose() * inverse));
+        store(&mut gain, 0, &Correction::of(predicted, &c, &noise)?.gain);
         Some(gain)
     }
 }

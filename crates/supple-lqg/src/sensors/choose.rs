@@ -48,6 +48,7 @@ pub enum Rule {
 ///
 /// Example: [`Selection`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Chosen {
     /// Its candidates, by index in [`Selection::candidates`]: in the order in which they were taken, or ascending.
     pub sensors: Vec<usize>,

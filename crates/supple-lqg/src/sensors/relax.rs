@@ -9,6 +9,7 @@ use super::{Candidate, Goal, Limits, Selection, Weights};
 ///
 /// Example: [`Searched`](crate::sensors::Searched).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Relaxation {
     /// No set within the limits does better than this: expected cost, information in nats, or price, by the goal.
     pub bound: f64,

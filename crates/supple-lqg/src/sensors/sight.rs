@@ -31,6 +31,7 @@ pub(super) struct Sight {
 ///
 /// Example: [`Searched`](crate::sensors::Searched).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Worth {
     /// Expected cost, along the plan as it is.
     pub cost: f64,

@@ -266,7 +266,7 @@ impl File {
         let len = quantity.len();
         let weights = |key: &'static str, given: OneOrMore| match *given.0 {
             [weight] => Ok(Weights::Equal(weight)),
-            _ => given.each(len).map(Weights::Each).map_err(|message| Unfit::new(key, message)),
+            _ => given.each(len).map(Weights::Each).map_err(|found| Unfit::new(key, found.to_string())),
         };
         let cost = Cost::new(quantity, 1.0).with_norm(norm).with_weights(weights("weight", self.weight)?);
         let cost = match self.target.map(|targets| targets.0) {

@@ -5,10 +5,10 @@ use supple_lqg::{Dimensions, refuse_indefinite};
 use supple_text::digits;
 
 use super::{Covariance, NoiseModel, VaryingVariance};
-use crate::Value;
 use crate::document::Unfit;
 use crate::parameters::Parameters;
 use crate::value::symmetrise;
+use crate::{Value, ValueError};
 
 /// Asymmetry of a matrix of numbers up to this, relative to its largest entry, is rounding.
 const ROUNDING: f64 = 1e-12;
@@ -66,7 +66,7 @@ impl NoiseModel {
         }
         for (number, &VaryingVariance { center, coefficient, .. }) in self.varying.iter().enumerate() {
             for (key, value) in [("center", center), ("coefficient", coefficient)] {
-                let wrong = |message| Unfit::new(key, message).below(number).below("varying");
+                let wrong = |wrong: ValueError| Unfit::new(key, wrong.to_string()).below(number).below("varying");
                 parameters.number(value).map_err(wrong)?;
             }
         }
@@ -164,7 +164,7 @@ impl Rule {
 
 /// Checks that the entries of a covariance are numbers, and use no parameter that there is not.
 fn check_numbers(covariance: &Covariance, parameters: &Parameters) -> Result<(), Unfit> {
-    let check = |value: Value| parameters.number(value).map(drop).map_err(Unfit::here);
+    let check = |value: Value| parameters.number(value).map(drop).map_err(|wrong| Unfit::here(wrong.to_string()));
     match covariance {
         Covariance::Diagonal(variances) => {
             variances.iter().enumerate().try_for_each(|(i, &value)| check(value).map_err(|unfit| unfit.entry(i)))

@@ -1,8 +1,8 @@
 //! The keys that specify noise in tables.
 
-use crate::Value;
 use crate::document::Reader;
 use crate::parameters::Parameters;
+use crate::{Value, ValueError};
 
 /// Key of a standard deviation, which may be given instead of a variance.
 ///
@@ -36,7 +36,7 @@ pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>
 /// The variances given under a key, each above 0.
 ///
 /// # Errors
-/// If one is not; the message states what was found.
+/// If one is not.
 ///
 /// ```
 /// use supple_model::Value;
@@ -47,9 +47,9 @@ pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>
 /// assert_eq!(found, Ok(vec![Value::Number(0.25)]));
 /// assert!(variances("variance", vec![Value::Number(-1.0)], &Parameters::default()).is_err());
 /// ```
-pub fn variances(key: &str, given: Vec<Value>, parameters: &Parameters) -> Result<Vec<Value>, String> {
+pub fn variances(key: &str, given: Vec<Value>, parameters: &Parameters) -> Result<Vec<Value>, ValueError> {
     let one = |value: Value| match parameters.least(value).filter(|&least| least <= 0.0) {
-        Some(least) => Err(value.found(least)),
+        Some(least) => Err(ValueError::NotPositive { value, least }),
         None if key == DEVIATION => Ok(value.squared()),
         None => Ok(value),
     };

@@ -26,7 +26,7 @@ use supple_kernels::math;
 use supple_text::{digits, quoted};
 
 use crate::document::Unfit;
-use crate::{ParameterHandle, Value, is_name};
+use crate::{ParameterHandle, Value, ValueError, is_name};
 
 mod error;
 mod named;
@@ -34,7 +34,7 @@ mod price;
 
 pub use error::ParameterError;
 pub use named::Named;
-pub use price::{Price, PriceReport};
+pub use price::{Price, PriceError, PriceReport};
 
 /// A named number that tasks and designs may change.
 ///
@@ -168,8 +168,8 @@ impl Parameter {
             let [initial, lower, upper] = [initial, lower, upper].map(|number| digits(*number));
             return Err(Unfit::new("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
         }
-        if let Some(Err(message)) = price.map(|price| price.check([*lower, *upper])) {
-            return Err(Unfit::new("price", message));
+        if let Some(Err(unfit)) = price.map(|price| price.check([*lower, *upper])) {
+            return Err(Unfit::new("price", unfit.to_string()));
         }
         if !self.catalogue.is_empty() && self.role == Role::Study {
             let message = "applies only to design parameters; this one has role = \"study\"";
@@ -385,11 +385,11 @@ impl Parameters {
     /// The number of a value at the initial values of its parameters.
     ///
     /// # Errors
-    /// What is wrong, if it uses a parameter that is not in this list, or the number is not finite.
-    pub fn number(&self, value: Value) -> Result<f64, String> {
-        self.least(value).ok_or("uses a parameter that the problem does not have")?;
+    /// If it uses a parameter that is not in this list, or the number is not finite.
+    pub fn number(&self, value: Value) -> Result<f64, ValueError> {
+        self.least(value).ok_or(ValueError::ForeignParameter)?;
         let number: f64 = value.resolve(&self.initial());
-        if number.is_finite() { Ok(number) } else { Err(format!("must be finite; found {number}")) }
+        if number.is_finite() { Ok(number) } else { Err(ValueError::NotFinite { found: number }) }
     }
 
     /// Sets one parameter in a vector of all, checking its bounds.

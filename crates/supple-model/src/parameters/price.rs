@@ -40,6 +40,55 @@ pub enum Price {
     },
 }
 
+/// What is wrong with the price of a parameter.
+///
+/// ```
+/// use supple_model::parameters::{Price, PriceError};
+///
+/// let wrong = Price::Inverse(1.0).check([0.0, 2.0]);
+/// assert_eq!(wrong, Err(PriceError::LowerBound { lower: 0.0 }));
+/// ```
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PriceError {
+    /// One of its numbers is not finite.
+    #[error("must consist of finite numbers; found {}", digits(*found))]
+    NotFinite {
+        /// The number.
+        found: f64,
+    },
+    /// The parameter can be 0 or less, where the price has no value.
+    #[error("requires a parameter above 0 (except `linear`); its lower bound is {}", digits(*lower))]
+    LowerBound {
+        /// The lower bound of the parameter.
+        lower: f64,
+    },
+    /// The reference is not above 0.
+    #[error("needs a reference above 0; found {}", digits(*found))]
+    Reference {
+        /// The reference.
+        found: f64,
+    },
+    /// The price is infinite at a bound.
+    #[error("is not finite within the bounds [{lower}, {upper}]")]
+    Infinite {
+        /// The lower bound of the parameter.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
+    /// The price is negative at a bound.
+    #[error("must be at least 0 within the bounds [{lower}, {upper}]; it can be {least}")]
+    Negative {
+        /// The lower bound of the parameter.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+        /// The least price.
+        least: f64,
+    },
+}
+
 impl Price {
     /// The price of a value.
     #[must_use]
@@ -65,37 +114,34 @@ impl Price {
         }
     }
 
-    /// What is wrong with its numbers, given the least and greatest value of the parameter.
+    /// Checks its numbers, given the least and greatest value of the parameter.
     ///
     /// # Errors
     /// The first thing that is wrong.
-    pub fn check(self, [lower, upper]: [f64; 2]) -> Result<(), String> {
+    pub fn check(self, [lower, upper]: [f64; 2]) -> Result<(), PriceError> {
         let numbers = match self {
             Self::Inverse(c) | Self::Linear(c) => vec![c],
             Self::Log { coefficient, reference } => vec![coefficient, reference],
             Self::Power { coefficient, exponent, reference } => vec![coefficient, exponent, reference],
         };
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
-            return Err(format!("must consist of finite numbers; found {}", digits(*number)));
+            return Err(PriceError::NotFinite { found: *number });
         }
         if !matches!(self, Self::Linear(_)) && lower <= 0.0 {
-            return Err(format!(
-                "requires a parameter above 0 (except `linear`); its lower bound is {}",
-                digits(lower)
-            ));
+            return Err(PriceError::LowerBound { lower });
         }
         if let Self::Log { reference, .. } | Self::Power { reference, .. } = self
             && reference <= 0.0
         {
-            return Err(format!("needs a reference above 0; found {}", digits(reference)));
+            return Err(PriceError::Reference { found: reference });
         }
         // All forms are monotonic.
         let least = self.at(lower).min(self.at(upper));
         if !self.at(lower).max(self.at(upper)).is_finite() {
-            return Err(format!("is not finite within the bounds [{lower}, {upper}]"));
+            return Err(PriceError::Infinite { lower, upper });
         }
         if least < 0.0 {
-            return Err(format!("must be at least 0 within the bounds [{lower}, {upper}]; it can be {least}"));
+            return Err(PriceError::Negative { lower, upper, least });
         }
         Ok(())
     }

@@ -82,7 +82,7 @@ impl<'a> Noise<'a> {
     /// If there is neither one variance nor `count` of them, or one is not above 0.
     pub fn variances(&self, given: OneOrMore, count: usize, parameters: &Parameters) -> Result<Vec<Value>, FileError> {
         let wrong = |message: String| Unfit::new(self.key, message).at(self.spot.document, self.spot.at);
-        let each = given.each(count).map_err(wrong)?;
+        let each = given.each(count).map_err(|found| wrong(found.to_string()))?;
         variances(self.key, each, parameters)
             .map_err(|found| wrong(format!("must be above 0: sensor noise is required; {found}")))
     }

@@ -1,5 +1,7 @@
 //! What quantities may refer to by name.
 
+use supple_text::{nearest_few, quoted};
+
 use crate::channels::{Channel, Channels, Drive};
 use crate::document::Unfit;
 use crate::physics::{DependentJoint, FileSensor, Model, frame_signals};
@@ -30,6 +32,10 @@ pub struct Vocabulary {
     /// Sensors of the robot's file.
     pub file_sensors: Vec<FileSensor>,
 }
+
+/// Up to so many signals, the error for an unknown one lists all; otherwise so many of the nearest.
+const FEW_SIGNALS: usize = 20;
+const NEAREST_SIGNALS: usize = 6;
 
 /// Prefix of compliance signals that are deflections rather than forces.
 pub const DEFLECTION: &str = "deflection";
@@ -126,10 +132,33 @@ impl Vocabulary {
         let find = |name: &String| {
             // Signals of the robot as a whole come last.
             let place = self.signals.iter().rposition(|other| other == name);
-            let what = format!("the model has no signal `{name}`");
-            place.ok_or_else(|| Unfit::unknown("select", &what, name, &self.signals))
+            place.ok_or_else(|| self.unknown_signal(name))
         };
         names.iter().map(find).collect()
+    }
+
+    /// The error for a signal that there is not. A robot has hundreds: it then lists the nearest ones, and how the
+    /// others begin.
+    fn unknown_signal(&self, name: &str) -> Unfit {
+        let what = format!("the model has no signal `{name}`");
+        if self.signals.len() <= FEW_SIGNALS {
+            return Unfit::unknown("select", &what, name, &self.signals);
+        }
+        // `gripper.` of `gripper.force_x`; signals without an owner are listed themselves.
+        let mut beginnings: Vec<&str> = Vec::new();
+        for signal in &self.signals {
+            let beginning = signal.rfind('.').map_or(signal.as_str(), |dot| &signal[..=dot]);
+            if !beginnings.contains(&beginning) {
+                beginnings.push(beginning);
+            }
+        }
+        let near = quoted(&nearest_few(name, &self.signals, NEAREST_SIGNALS));
+        let count = self.signals.len();
+        let message = format!(
+            "{what}; the nearest of its {count} signals are {near}; the others begin with {}",
+            quoted(&beginnings)
+        );
+        Unfit::new("select", message)
     }
 
     /// The places of the drives with these names, or of all where none are given, and of their signals that begin with

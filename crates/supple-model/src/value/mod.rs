@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+mod error;
 mod expression;
 mod handle;
 mod names;
@@ -10,6 +11,7 @@ mod range;
 mod read;
 mod symmetric;
 
+pub use error::ValueError;
 pub use expression::Expression;
 use expression::{Operator, Tree};
 pub use handle::ParameterHandle;
@@ -19,7 +21,7 @@ pub use symmetric::{Asymmetry, symmetrise};
 
 use serde::{Deserialize, Deserializer};
 use supple_kernels::Scalar;
-use supple_text::{digits, quoted};
+use supple_text::digits;
 
 /// A number of the problem: written out, the name of a declared parameter, or an expression of parameters.
 ///
@@ -71,14 +73,16 @@ impl Value {
     ///
     /// # Errors
     /// What is wrong with it.
-    fn read(text: &str, index_of: &mut impl FnMut(&str) -> Option<usize>, declared: &[String]) -> Result<Self, String> {
+    fn read(
+        text: &str,
+        index_of: &mut impl FnMut(&str) -> Option<usize>,
+        declared: &[String],
+    ) -> Result<Self, ValueError> {
         if let Some(index) = index_of(text) {
             return Ok(Self::Parameter(ParameterHandle::at(index)));
         }
         if text.trim().is_empty() {
-            return Err(format!(
-                "must be a number, the name of a parameter or an expression of parameters; found {text:?}"
-            ));
+            return Err(ValueError::Empty { text: text.to_owned() });
         }
         if text.parse::<f64>().is_ok() {
             return Err(undeclared(text, declared));
@@ -92,7 +96,7 @@ impl Value {
             return Ok(Self::Expression(expression));
         }
         let number = expression.resolve::<f64>(&[]);
-        if number.is_finite() { Ok(Self::Number(number)) } else { Err(format!("is {number}, not a finite number")) }
+        if number.is_finite() { Ok(Self::Number(number)) } else { Err(ValueError::NotANumber { found: number }) }
     }
 
     /// This times another value.
@@ -186,13 +190,12 @@ impl Default for Value {
     }
 }
 
-/// Message for text in place of a number that is not the name of a parameter.
-fn undeclared(name: &str, declared: &[String]) -> String {
-    if name.parse::<f64>().is_ok() {
-        return format!("write numbers without quotes; found \"{name}\"");
+/// The error for text in place of a number that is not the name of a parameter.
+fn undeclared(name: &str, declared: &[String]) -> ValueError {
+    match name.parse::<f64>() {
+        Ok(_) => ValueError::Quoted { text: name.to_owned() },
+        Err(_) => ValueError::Undeclared { name: name.to_owned(), declared: declared.to_vec() },
     }
-    let add = format!("parameter `{name}` is not declared: add a table [parameters.{}]", as_key(name));
-    if declared.is_empty() { add } else { format!("{add}, or use one of {}", quoted(declared)) }
 }
 
 /// Whether parameters may have this name: letters, digits, `_`, `-` and `.`.
@@ -250,12 +253,12 @@ impl OneOrMore {
     /// The number of each of `len` entries.
     ///
     /// # Errors
-    /// If there is neither one number nor `len` of them: what is valid, and what was found.
-    pub fn each(self, len: usize) -> Result<Vec<Value>, String> {
+    /// If there is neither one number nor `len` of them.
+    pub fn each(self, len: usize) -> Result<Vec<Value>, ValueError> {
         match self.0 {
             list if list.len() == len => Ok(list),
             list if list.len() == 1 => Ok(vec![list[0]; len]),
-            list => Err(format!("must be one number, or {len} of them, one for each entry; found {}", list.len())),
+            list => Err(ValueError::Count { expected: len, found: list.len() }),
         }
     }
 }

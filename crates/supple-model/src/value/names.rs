@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use serde::de::value::MapDeserializer;
 use serde::de::{Error, Visitor};
 
-use super::Value;
+use super::{Value, ValueError};
 
 /// The names of parameters that the values of a file may use, and which of them were used.
 ///
@@ -35,7 +35,7 @@ impl Names {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn value(&self, text: &str) -> Result<Value, String> {
+    pub fn value(&self, text: &str) -> Result<Value, ValueError> {
         self.read(text).map(|(value, _)| value)
     }
 
@@ -50,7 +50,7 @@ impl Names {
     }
 
     /// The value, and the index of each name in the text.
-    fn read(&self, text: &str) -> Result<(Value, BTreeMap<String, usize>), String> {
+    fn read(&self, text: &str) -> Result<(Value, BTreeMap<String, usize>), ValueError> {
         let mut indices = BTreeMap::new();
         let mut index_of = |name: &str| {
             let index = self.declared.iter().position(|declared| declared == name)?;
@@ -60,9 +60,7 @@ impl Names {
         };
         let value = Value::read(text, &mut index_of, &self.declared)?;
         match self.initial.as_ref().map(|initial| value.resolve::<f64>(initial)) {
-            Some(found) if !found.is_finite() => {
-                Err(format!("must be finite; at the initial values of the parameters `{text}` is {found}"))
-            }
+            Some(found) if !found.is_finite() => Err(ValueError::NotFiniteAtFirst { text: text.to_owned(), found }),
             _ => Ok((value, indices)),
         }
     }

@@ -6,11 +6,8 @@ use winnow::combinator::{Infix, Prefix, alt, delimited, eof, expression, opt, pe
 use winnow::error::ContextError;
 use winnow::token::{any, take_till, take_while};
 
+use super::error::{MOST_CHARACTERS, MOST_OPEN, ValueError};
 use super::expression::{Function, Operator, Tree};
-
-/// Limits on the length of an expression, and on its open parentheses.
-const MOST_CHARACTERS: usize = 500;
-const MOST_OPEN: usize = 50;
 
 type Result<T> = winnow::Result<T, ContextError>;
 
@@ -27,32 +24,26 @@ enum Parsed {
 /// Parses text into an expression, given the index of each name; the error describes what is wrong.
 pub(super) fn parse(
     text: &str,
-    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, String>,
-) -> std::result::Result<Tree, String> {
+    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, ValueError>,
+) -> std::result::Result<Tree, ValueError> {
     let [open, closed] = ['(', ')'].map(|symbol| text.matches(symbol).count());
     if text.len() > MOST_CHARACTERS || open > MOST_OPEN {
-        return Err(format!(
-            "an expression has at most {MOST_CHARACTERS} characters and {MOST_OPEN} parentheses; found {} and {open}",
-            text.len()
-        ));
+        return Err(ValueError::TooLong { characters: text.len(), parentheses: open });
     }
     if open != closed {
-        return Err(format!("is not a valid expression: {open} opening and {closed} closing parentheses"));
+        return Err(ValueError::Parentheses { opening: open, closing: closed });
     }
     let parsed = terminated(sum, (multispace0, eof)).parse(text).map_err(|error| {
         let (before, after) = text.split_at(error.offset());
-        let after = if after.trim().is_empty() { "end".to_owned() } else { format!("`{}`", after.trim()) };
-        let before =
-            if before.trim().is_empty() { "at the beginning".to_owned() } else { format!("after `{}`", before.trim()) };
-        format!("is not a valid expression: unexpected {after} {before}")
+        ValueError::Unexpected { before: before.trim().to_owned(), after: after.trim().to_owned() }
     })?;
     bind(parsed, index_of)
 }
 
 fn bind(
     parsed: Parsed,
-    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, String>,
-) -> std::result::Result<Tree, String> {
+    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, ValueError>,
+) -> std::result::Result<Tree, ValueError> {
     Ok(match parsed {
         Parsed::Number(number) => Tree::Number(number),
         Parsed::Name(name) => Tree::Parameter(index_of(&name)?),
@@ -67,8 +58,7 @@ fn bind(
         Parsed::Call(name, of) => {
             let known = Function::ALL.iter().find(|(known, _)| *known == name);
             let Some(&(_, function)) = known else {
-                let names: Vec<&str> = Function::ALL.iter().map(|(name, _)| *name).collect();
-                return Err(format!("unknown function `{name}`; valid: {}", supple_text::quoted(&names)));
+                return Err(ValueError::UnknownFunction { name });
             };
             Tree::Function(function, Box::new(bind(*of, index_of)?))
         }

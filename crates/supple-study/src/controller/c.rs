@@ -13,6 +13,7 @@ use crate::StudyError;
 ///
 /// Example: the [module](crate::controller).
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CSource {
     /// The header: what the functions are, and what the numbers mean.
     pub header: String,

@@ -16,6 +16,7 @@ pub const CONTROLLER_VERSION: u32 = 1;
 ///
 /// Example: the [module](crate::controller).
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct ControllerFile {
     /// [`CONTROLLER_FORMAT`].
     pub format: &'static str,

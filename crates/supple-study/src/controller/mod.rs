@@ -60,6 +60,7 @@ pub use file::{CONTROLLER_FORMAT, CONTROLLER_VERSION, ControllerFile};
 ///
 /// Example: the [module](crate::controller).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum At {
     /// The one that a search started from.
     Start,
@@ -97,6 +98,7 @@ impl ControllerFormat {
 ///
 /// Example: the [module](crate::controller).
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct ExportedController {
     /// The controller.
     pub controller: Controller,

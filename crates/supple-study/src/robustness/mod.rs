@@ -85,6 +85,7 @@ pub struct RobustnessOptions {
 /// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum DesignChoice {
     /// The initial values of the task, as set.
     Start,
@@ -201,6 +202,7 @@ impl RobustCell {
 ///
 /// Example: the [module](crate::robustness).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Index of the task.
     pub task: usize,

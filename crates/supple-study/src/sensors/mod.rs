@@ -64,6 +64,7 @@ pub enum SensorGoal {
 /// Example: the [module](crate::sensors).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SensorMethod {
     /// One sensor after the other.
     Greedy,

@@ -11,6 +11,7 @@ const BITS: f64 = 1.0 / std::f64::consts::LN_2;
 ///
 /// Example: the [module](crate::sensors).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Sensors {
     /// What was asked for.
     pub options: SensorsOptions,
@@ -41,6 +42,7 @@ pub struct Sensors {
 ///
 /// Example: the [module](crate::sensors).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SensorSet {
     /// Names, in the order in which they were taken.
     pub sensors: Vec<String>,
@@ -59,6 +61,7 @@ pub struct SensorSet {
 /// Example: the [module](crate::sensors).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SetBy {
     /// It was not searched for.
     Given,
@@ -110,6 +113,7 @@ pub struct Certificate {
 ///
 /// Example: the [module](crate::sensors).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SensorValue {
     /// Its name.
     pub name: String,

@@ -3,6 +3,7 @@
 //! The program, its study files and Python make [`Study`] values, and only [`Work::run`] executes them: [`Study::run`] with
 //! the task file that it names. A result keeps the value that it was made from.
 
+mod units;
 mod words;
 
 use std::path::Path;
@@ -23,6 +24,7 @@ use crate::{
     LoadedTask, OWN_MODEL, StudyError, StudyResult, Watch, bound, design, evaluate, pareto, robustness, sensors, sweep,
     trace,
 };
+pub use units::{Found, Unit, Units};
 
 /// What to do, to which task.
 ///

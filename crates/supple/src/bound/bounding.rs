@@ -86,6 +86,7 @@ pub(super) enum Kind {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BoundPoint {
     /// D, the expected cost: over the task, or per step where it is stationary.
     pub cost: f64,

@@ -25,6 +25,7 @@ pub struct BoundReport {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TaskBound {
     /// The task.
     pub name: String,
@@ -107,6 +108,7 @@ pub struct TaskBound {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OrderLine {
     /// Name of the quantity.
     pub what: String,

@@ -14,6 +14,7 @@ use supple_text::padded;
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SensorReport {
     /// How many numbers it measures, at most.
     pub rank: usize,
@@ -39,6 +40,7 @@ pub struct SensorReport {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MeasuredState {
     /// The state.
     pub state: String,
@@ -52,6 +54,7 @@ pub struct MeasuredState {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SensorWindow {
     /// Its first decision.
     pub first: usize,
@@ -75,6 +78,7 @@ pub struct SensorWindow {
 ///
 /// Example: the [module](crate::bound).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Direction {
     /// Its information, bits.
     pub bits: f64,

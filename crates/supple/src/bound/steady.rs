@@ -47,7 +47,7 @@ pub(super) fn stationary(
     }
     let (dynamics, cost) = (first(&knots.dynamics, n, joint), first(&knots.cost, joint, joint));
     let system = Stationary::new(&dynamics, &first(&noise.process, n, n), &cost)?;
-    let distance = regulator_distance(&system, &dynamics, &cost);
+    let distance = regulator_distance(&system, &dynamics, &cost).map_err(|unproved| unproved.reason);
     Error::check_stop()?;
     Ok((system, distance))
 }

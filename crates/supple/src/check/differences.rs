@@ -4,6 +4,7 @@ use supple_kernels::halt;
 ///
 /// Example: [`compare_gradients`](crate::check::compare_gradients).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// The derivative, extrapolated from differences over several steps.
     pub value: f64,

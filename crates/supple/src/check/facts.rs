@@ -11,6 +11,7 @@ use crate::problem::Task;
 ///
 /// Example: [`check`](crate::check::check()).
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Fact {
     /// Name of the property.
     pub name: String,

@@ -36,6 +36,7 @@ const LONGEST_PLANNED: f64 = 2e-3;
 ///
 /// Example: [`compare_gradients`].
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ComparedGradient {
     /// The quantity whose gradient it is, and the kind of gradient.
     pub name: String,
@@ -57,6 +58,7 @@ impl ComparedGradient {
 ///
 /// Example: [`compare_gradients`].
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct ComparedGradients {
     /// Frozen gradients and, where the plan has them, total ones.
     pub gradients: Vec<ComparedGradient>,

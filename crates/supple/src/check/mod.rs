@@ -24,6 +24,7 @@ use crate::problem::{Problem, Task};
 ///
 /// Example: [`check`].
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct CheckReport {
     /// Whether every derivative agrees.
     pub passed: bool,
@@ -35,6 +36,7 @@ pub struct CheckReport {
 ///
 /// Example: [`check`].
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct TaskCheck {
     /// Its name.
     pub name: String,

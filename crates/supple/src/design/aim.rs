@@ -5,6 +5,7 @@ use crate::problem::Problem;
 ///
 /// Example: [`Optimiser`](crate::design::Optimiser).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Aim {
     /// The least information at which every expected cost is at most `factor` times its bound; an infinite factor
     /// removes all bounds.

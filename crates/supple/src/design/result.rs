@@ -86,6 +86,7 @@ pub struct Combination {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct CatalogueDesign {
     /// How the entries were chosen.
     pub method: CatalogueMethod,

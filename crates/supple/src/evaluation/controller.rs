@@ -10,6 +10,7 @@ use crate::plan::Plan;
 ///
 /// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ControllerReport {
     /// Temporal variance of the feedback gains: the mean over time of `|K_t - mean K|^2` (Frobenius).
     pub feedback_variance: f64,

@@ -27,6 +27,7 @@ use crate::touching::contacts_along;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ContactCurve {
     /// Its name.
     pub name: String,
@@ -48,6 +49,7 @@ pub struct ContactCurve {
 ///
 /// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CostCurve {
     /// Its place among the task's costs, from 1, and its kind: `2 contact_force`.
     pub name: String,
@@ -59,6 +61,7 @@ pub struct CostCurve {
 ///
 /// Example: [`ContactCurve`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct QuantityCurve {
     /// Its name.
     pub name: String,

@@ -31,6 +31,7 @@ use crate::problem::Task;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[non_exhaustive]
 pub struct LimitReached {
     /// What is limited.
     pub name: String,

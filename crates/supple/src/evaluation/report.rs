@@ -130,6 +130,7 @@ impl Evaluation {
 ///
 /// Example: [`Evaluation`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Objective {
     /// In nats.
     pub information_nats: f64,

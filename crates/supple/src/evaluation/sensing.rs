@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
-use supple_kernels::rows::{self, Left, Medium, Product, View, ViewMut, transpose};
+use supple_kernels::rows::{self, Left, Medium, Product, View, ViewMut};
 use supple_kernels::{Job, Lanes, Matrices, dispatch, math};
+use supple_lqg::InnovationCovariance;
 
 use crate::pipeline::TaskState;
 use crate::problem::Task;
@@ -11,6 +12,7 @@ use crate::problem::Task;
 ///
 /// Example: [`Evaluation`](crate::Evaluation).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MeasurementReport {
     /// Its name.
     pub name: String,
@@ -60,14 +62,15 @@ impl Job for AlongPlan<'_> {
         let Self { state, independent, reports } = self;
         let (v, c, xi) =
             (&state.noise.measurement, &state.plan.knots.measurement, &state.plan.policy.value_of_information);
-        let mut work = Work::new(v.rows(), c.cols());
+        let (p, n) = (v.rows(), c.cols());
+        let (mut covariance, mut work) = (InnovationCovariance::zeros(n, p), Work::new(p, n));
         let steps = state.belief.predicted.count() - 1;
         let mut precision = inverse_diagonal(v, 0);
         for t in 0..=steps {
             if t > 0 && !v.is_constant() {
                 precision = inverse_diagonal(v, t);
             }
-            let innovation = work.innovation_covariance::<L>(c.at(t), state.belief.predicted.at(t), v.at(t));
+            let innovation = covariance.form(c.at(t), state.belief.predicted.at(t), v.at(t));
             let given_all = inverse_diagonal(innovation, 0);
             for (i, report) in reports.iter_mut().enumerate() {
                 report.alone_nats.push(0.5 * math::ln(innovation.get(0, i, i) / v.get(t, i, i)));
@@ -87,33 +90,15 @@ impl Job for AlongPlan<'_> {
 
 /// Matrices of one step.
 struct Work {
-    /// `C P` or `C Sigma`, and `C Sigma Xi`, p x n.
+    /// `C Sigma` and `C Sigma Xi`, p x n.
     seen: Matrices,
     weighted: Matrices,
-    /// `C'`, n x p.
-    transposed: Matrices,
-    /// `C P C' + V`, p x p.
-    innovation: Matrices,
 }
 
 impl Work {
     fn new(p: usize, n: usize) -> Self {
         let [seen, weighted] = [(); 2].map(|()| Matrices::constant(p, n));
-        Self { seen, weighted, transposed: Matrices::constant(n, p), innovation: Matrices::constant(p, p) }
-    }
-
-    /// `C P C' + V`
-    #[inline(always)]
-    fn innovation_covariance<L: Lanes>(&mut self, c: &[f64], predicted: &[f64], v: &[f64]) -> &Matrices {
-        let Self { seen, transposed, innovation, .. } = self;
-        let (p, n, narrow, small) = (seen.rows(), seen.cols(), seen.stride(), innovation.stride());
-        multiply::<L>(seen, c, predicted, n);
-        let to = ViewMut::new(transposed.as_mut_slice(), small);
-        transpose::<L, Medium>(to, View::new(c, narrow), p, n);
-        let (left, right) = (Left::plain(seen.as_slice(), narrow), View::new(transposed.as_slice(), small));
-        let product = Product { left, right, rows: p, inner: n, width: small };
-        product.add_to::<L, Medium>(View::new(v, small), ViewMut::new(innovation.as_mut_slice(), small));
-        innovation
+        Self { seen, weighted }
     }
 
     /// Projects the belief's covariance onto each measurement, and multiplies it by the value of information.

@@ -9,6 +9,7 @@ use super::workspace::GradientWorkspace;
 ///
 /// Example: [`total_gradient`](crate::gradient::total_gradient).
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct FrozenGradient {
     /// Of the directed information, nats.
     pub information: Vec<f64>,

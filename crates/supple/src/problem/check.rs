@@ -67,7 +67,7 @@ impl Task {
             let message = format!("must be a number of at least 0; found {}", digits(self.information_weight));
             return Err(Unfit::new("information_weight", message));
         }
-        let check = |key, value: Value| parameters.number(value).map_err(|message| Unfit::new(key, message));
+        let check = |key, value: Value| parameters.number(value).map_err(|wrong| Unfit::new(key, wrong.to_string()));
         let least = |value: Value| parameters.least(value).unwrap_or(f64::NAN);
         check("time_step", self.time_step)?;
         if least(self.time_step) <= 0.0 {

@@ -1,6 +1,5 @@
-use supple_kernels::{Matrices, Scratch, rows};
-use supple_lqg::Dimensions;
-use supple_lqg::Innovation;
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::{Dimensions, Innovation, InnovationCovariance};
 
 use super::ekf::{ExtendedKalman, FilterBatch};
 
@@ -72,18 +71,10 @@ fn predict_along(controller: &Controller, t: usize, controls: &Matrices, batch: 
 
 /// The Cholesky factor of `S^y = C P C' + V` at step `t`.
 fn innovation_factor(controller: &Controller, t: usize) -> Result<Matrices, Error> {
-    let Dimensions { states: n, measurements: p, .. } = controller.dimensions;
-    let Controller { measurement, predicted, noise, .. } = controller;
-    let mut factor = Matrices::zeros(1, p, p);
-    for (i, j) in (0..p).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-        let c_p = |k: usize| (0..n).map(|l| measurement.get(t, i, l) * predicted.get(t, l, k)).sum::<f64>();
-        let spread: f64 = (0..n).map(|k| c_p(k) * measurement.get(t, j, k)).sum();
-        factor.set(0, i, j, spread + noise.measurement.get(t, i, j));
-    }
-    let stride = factor.stride();
-    let what = "the innovation covariance of a filter";
-    rows::cholesky(factor.at_mut(0), p, stride).map_err(|_| Error::not_definite(what, 0))?;
-    Ok(factor)
+    let Controller { dimensions, measurement, predicted, noise, .. } = controller;
+    let mut innovation = InnovationCovariance::zeros(dimensions.states, dimensions.measurements);
+    innovation.form(measurement.at(t), predicted.at(t), noise.measurement.at(t));
+    innovation.factor().ok_or_else(|| Error::not_definite("the innovation covariance of a filter", 0))
 }
 
 fn subtract(from: &[f64], what: &[f64], out: &mut [f64]) {

@@ -32,6 +32,7 @@ pub(crate) struct Outcome {
 ///
 /// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MonteCarlo {
     /// How many roll-outs.
     pub rollouts: usize,
@@ -96,6 +97,7 @@ pub struct MonteCarlo {
 /// }
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FinerSteps {
     /// Steps of the plant in one of the task's (or of its sub-steps).
     pub times: usize,
@@ -138,6 +140,7 @@ pub struct FinerSteps {
 ///
 /// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Consistency {
     /// The mean.
     #[serde(deserialize_with = "or_nan")]
@@ -154,6 +157,7 @@ pub struct Consistency {
 ///
 /// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Estimate {
     /// The mean.
     #[serde(deserialize_with = "or_nan")]
@@ -170,6 +174,7 @@ pub struct Estimate {
 ///
 /// Example: [`ContactCurve`](crate::ContactCurve).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TouchShare {
     /// The contact.
     pub name: String,

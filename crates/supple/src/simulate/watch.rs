@@ -15,6 +15,7 @@ use crate::problem::TaskAt;
 ///
 /// Example: [`MonteCarlo`](super::MonteCarlo).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LimitShare {
     /// What is limited.
     pub name: String,

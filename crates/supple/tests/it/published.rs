@@ -44,6 +44,12 @@ fn every_crate_says_what_it_is() -> Result<(), Box<dyn Error>> {
         }
         let page = fs::read_to_string(folder.join("README.md")).map_err(|error| format!("{name}: {error}"))?;
         assert!(page.starts_with(&format!("# {name}\n")), "{name}: its page begins with its name");
+        assert!(!page.contains("](.."), "{name}: its page links to files that its package does not contain");
+        for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+            let text =
+                fs::read_to_string(folder.join(licence)).map_err(|error| format!("{name}, {licence}: {error}"))?;
+            assert_eq!(text, fs::read_to_string(Path::new(CRATES).join("..").join(licence))?, "{name}: {licence}");
+        }
         seen += 1;
     }
     assert_eq!(seen, 12);

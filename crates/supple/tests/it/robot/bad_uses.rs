@@ -230,6 +230,15 @@ fn costs() {
              `gripper` (did you mean `gripper`?)",
         ),
         (
+            equipped.clone().costing(&cost("signal", &all("select = [\"grip.force\"]\ntarget = 0.0"))),
+            "task.toml:91:10: tasks[0].costs[0].select: the model has no signal `grip.force`; the nearest of its 129 \
+             signals are `gripper.force_x`, `gripper.force_y`, `gripper.force_z`, `gripper.deflection_yaw`, \
+             `gripper.deflection_roll`, `gripper.deflection_pitch`; the others begin with `base.`, `upper.`, `fore.`, \
+             `tip.`, `tool.`, `anchor.`, `gripper.`, `effort_shoulder`, `power_shoulder`, `effort_elbow`, \
+             `power_elbow`, `effort_slide`, `power_slide`, `center_of_mass_x`, `center_of_mass_y`, \
+             `center_of_mass_z`",
+        ),
+        (
             force("coupling = \"tool\"\nselect = [\"x\"]"),
             "task.toml:91:12: tasks[0].costs[0].coupling: the model has no compliance `tool`: it has `gripper`",
         ),
