@@ -192,7 +192,7 @@ fn an_option_that_a_command_has_not_is_found_before_anything_runs() {
     let error = error.error();
     assert!(
         error.starts_with("error: study.toml:19:")
-            && error.contains("steps[2].rolouts: `supple evaluate` has no such option"),
+            && error.contains("steps[2].rolouts: unknown key `rolouts`; valid: `gradient`, `rollouts`"),
         "{error}"
     );
     assert_eq!(folder.names(), ["study.toml", "task.toml"], "nothing was made");

@@ -92,10 +92,12 @@ pub fn best_plan(
         }
     }
     // A guess at which the cost has a saddle, as hanging still has where standing is wanted, leads nowhere.
-    if candidates.is_saddle() {
+    if candidates.is_saddle()
+        || candidates.was_stationary() && state.is_saddle(task, phi, candidates.converged.as_ref())
+    {
         for size in SHAKES {
             candidates.plan(problem, task, phi, Start::of(&shaken(&guess, size)), state);
-            if candidates.converged.is_some() {
+            if !candidates.is_saddle() && !candidates.was_stationary() {
                 break;
             }
         }
@@ -181,6 +183,11 @@ impl Candidates {
     /// Whether no plan converged, and the best one has directions in which its cost falls.
     fn is_saddle(&self) -> bool {
         self.converged.is_none() && self.other.as_ref().is_some_and(|plan| plan.status == PlanStatus::Indefinite)
+    }
+
+    /// Whether the best plan is the guess that its search began from.
+    fn was_stationary(&self) -> bool {
+        self.converged.as_ref().is_some_and(|plan| plan.iterations <= 1 && plan.mode == PlanMode::Nominal)
     }
 
     /// The error, if there is no plan at all.

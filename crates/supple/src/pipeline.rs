@@ -54,7 +54,7 @@ use crate::gradient::{
 };
 use crate::plan::{
     Asked, Held, Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, draw_to_contacts,
-    first_guess, has_to_approach, plan_risk, search,
+    first_guess, has_descent, has_to_approach, plan_risk, search,
 };
 use crate::problem::{Task, TaskAt};
 use crate::sampled_plan::plan_sampled;
@@ -85,6 +85,10 @@ pub struct TaskState {
     /// Path of the last search for the needed information, for warm starts.
     pub(crate) nearby: Option<Nearby>,
 }
+
+/// Greatest number of states with which stationary plans are examined for directions in which their cost falls: more take long
+/// to record.
+const MOST_EXAMINED: usize = 24;
 
 impl TaskState {
     /// Memory for a task.
@@ -177,6 +181,17 @@ impl TaskState {
         self.forget();
         task.write_guess(phi, None, &mut self.plan.trajectory);
         first_guess(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
+    }
+
+    /// Whether the exact second derivatives of the cost about a stationary plan have directions in which it falls; the state's
+    /// own plan is lost.
+    pub(crate) fn is_saddle(&mut self, task: &Task, phi: &[f64], stationary: Option<&Plan>) -> bool {
+        let Some(stationary) = stationary.filter(|_| task.system.dimensions().states <= MOST_EXAMINED) else {
+            return false;
+        };
+        self.forget();
+        self.plan.clone_from(stationary);
+        has_descent(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
     }
 
     /// The first half of [`evaluate`](Self::evaluate): the plan.

@@ -200,8 +200,9 @@ fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {
     if let Some((step, state, change)) = fastest(plan) {
         let rate = change / time_step;
         text += &format!(
-            "; the state that changes fastest is `{}`, by {rate:.3} {}/s at {}",
+            "; the state that changes fastest is `{}`, by {} {}/s at {}",
             name(&channels.states, state, "state"),
+            short(rate, 6),
             unit(state),
             when(step)
         );

@@ -31,7 +31,7 @@ pub(crate) use first_guess::first_guess;
 pub(crate) use held::Held;
 pub use result::{Plan, VALID_STATIONARITY};
 pub(crate) use risk::plan_risk;
-pub(crate) use search::{Asked, Patience};
+pub(crate) use search::{Asked, Patience, has_descent};
 pub(crate) use sweeps::{finish, linearise, roll_out, sweep};
 pub use within_limits::plan;
 pub(crate) use within_limits::search;

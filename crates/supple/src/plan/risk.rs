@@ -7,14 +7,17 @@ use supple_kernels::{Matrices, Scratch, math};
 use supple_lqg::risk::{Failure, Found, Given, belief_alone, price, solve};
 use supple_lqg::{Belief, Noise, kalman};
 use supple_model::system::{Curvature, RollOut};
+use supple_text::short;
 
 use super::{Descent, Model, Plan, PlanMode, PlanSettings, PlanStatus, Step, descend};
 use crate::Error;
 use crate::knots::Linearise;
 use crate::problem::{Task, TaskAt};
 
-/// Halvings of an interval to find the largest sensitivity that works.
-const BISECTIONS: usize = 20;
+/// Most sensitivities that are tried to find one that works.
+const TRIES: usize = 20;
+/// The search for it ends where this many times what works does not.
+const CLOSE: f64 = 1.05;
 
 /// Maximum number of consecutive steps near the end that do not halve the residual.
 const MOST_STALLED: usize = 3;
@@ -24,7 +27,7 @@ const MOST_STALLED: usize = 3;
 /// are correct for it.
 ///
 /// # Errors
-/// Where the sensitivity is so large that the exponential of the cost has no finite mean, with the largest that works.
+/// Where the sensitivity is so large that the exponential of the cost has no finite mean, with one that works.
 pub(crate) fn plan_risk(
     TaskAt { task, phi }: TaskAt,
     (settings, deadline): (&PlanSettings, Option<Instant>),
@@ -39,17 +42,20 @@ pub(crate) fn plan_risk(
         Ok(()) => Ok(()),
         Err(step) => {
             let (mut works, mut fails) = (0.0, settings.risk_sensitivity);
-            for _ in 0..BISECTIONS {
+            for _ in 0..TRIES {
+                if works > 0.0 && fails < CLOSE * works {
+                    break;
+                }
                 // By orders of magnitude until one works.
                 let between = if works > 0.0 { 0.5 * (works + fails) } else { 0.1 * fails };
+                let between = rounded_down(between);
                 *plan = nominal.clone();
                 let worked = search(between, plan)?.is_ok() && plan.status.is_converged();
                 *(if worked { &mut works } else { &mut fails }) = between;
             }
-            // Rounded down: what is told works.
-            let largest = match (works > 0.0).then(|| rounded_down(works)) {
-                Some(works) => format!("; values up to {works} are valid"),
-                None => String::new(),
+            let largest = match works > 0.0 {
+                true => format!("; {works} has one, and {} has none", short(fails, 4)),
+                false => String::new(),
             };
             Err(Error::Planning {
                 plan: "risk",

@@ -78,6 +78,20 @@ pub(super) fn minimise(
     descend(&mut Search { problem, settings, patience, plan, work, scratch, newton }, settings, deadline)
 }
 
+/// Whether the exact second derivatives of the cost about a plan have directions in which it falls.
+pub(crate) fn has_descent(
+    problem: NominalProblem,
+    plan: &mut Plan,
+    work: &mut PlanWorkspace,
+    scratch: &mut Scratch,
+) -> bool {
+    linearise(problem, plan, Curvature::GaussNewton, scratch);
+    work.hessian.clear();
+    let at = plan.trajectory.points();
+    problem.system.lagrangian_quadratics(at, problem.phi, &plan.costates, &mut work.hessian, scratch);
+    sweep(problem, Regularisation::default(), Some(&work.hessian), plan).is_err()
+}
+
 /// The search's state between iterations.
 struct Search<'a> {
     problem: NominalProblem<'a>,

@@ -128,6 +128,15 @@ impl Planning {
         let named = |holds: &dyn Fn(f64) -> bool| -> Vec<_> {
             joints.iter().filter(|joint| holds(joint.limits.effort)).map(|joint| name(&joint.name)).collect()
         };
+        let still = |index: &&usize| !self.robot.actuators.iter().any(|one| one.joint == **index);
+        let undriven: Vec<_> = self.tree.joint_indices().iter().filter(still).collect();
+        if !self.robot.actuators.is_empty() && !undriven.is_empty() {
+            let names: Vec<_> = undriven.into_iter().map(|&joint| name(&self.robot.joints[joint].name)).collect();
+            line(format!(
+                "no actuator: {}; `supple new` writes tasks in which gravity does not move such joints, or springs hold them",
+                quoted(&names)
+            ));
+        }
         let (free, none) = (named(&f64::is_infinite), named(&|effort| effort == 0.0));
         if self.robot.actuators.is_empty() && !free.is_empty() {
             line(format!("no effort limit: {}; plans may use any torque", quoted(&free)));

@@ -60,6 +60,7 @@ pub(in crate::model) trait Kind: Debug + Send + Sync + Over<f64> + Over<Node> {
     fn has_dry_friction(&self) -> bool;
     fn widened(&self, length: Value, speed: Value) -> Option<Coupling>;
     fn draw(&self, own: &Own<f64>) -> Drawn;
+    fn ball(&self, own: &Own<f64>) -> Option<(usize, f64)>;
     fn frames(&self) -> Vec<usize>;
     fn has_wall(&self) -> bool;
     fn motor_of(&self) -> Option<usize>;
@@ -88,6 +89,9 @@ impl<C: Compliance> Kind for C {
     }
     fn draw(&self, own: &Own<f64>) -> Drawn {
         Compliance::draw(self, own)
+    }
+    fn ball(&self, own: &Own<f64>) -> Option<(usize, f64)> {
+        Compliance::ball(self, own)
     }
     fn frames(&self) -> Vec<usize> {
         Compliance::frames(self)

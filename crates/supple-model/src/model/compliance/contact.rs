@@ -354,6 +354,11 @@ impl Compliance for Contact {
         Drawn { kind: ConnectionKind::Contact, from, to, force, torque: [0.0; 3] }
     }
 
+    fn ball(&self, own: &Own<f64>) -> Option<(usize, f64)> {
+        let radius = own.value(self.radius);
+        (radius > 0.0).then_some((self.frame, radius))
+    }
+
     fn frames(&self) -> Vec<usize> {
         vec![self.frame]
     }

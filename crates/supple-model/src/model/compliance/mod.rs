@@ -117,6 +117,11 @@ pub trait Compliance: Debug + Send + Sync + 'static {
     /// Its location and force, for pictures.
     fn draw(&self, own: &Own<f64>) -> Drawn;
 
+    /// The frame at which it touches with a sphere, and the radius of that, m, for pictures; `None` if it does not.
+    fn ball(&self, _own: &Own<f64>) -> Option<(usize, f64)> {
+        None
+    }
+
     /// The frames that it acts on.
     fn frames(&self) -> Vec<usize> {
         Vec::new()

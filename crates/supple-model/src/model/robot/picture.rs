@@ -155,9 +155,16 @@ impl Robot {
     pub(super) fn draw(&self, at: &Point<f64>) -> Picture {
         let now = Situation::of(&self.bodies, at);
         let size = size(&self.bodies.robot, &now.numbers);
+        let balls: Vec<_> =
+            self.compliance.iter().filter_map(|element| element.kind.ball(&element.own(&now))).collect();
+        let balls_of = |link: usize| {
+            let placed = balls.iter().map(|&(frame, radius)| (self.bodies.place(frame, at), radius));
+            let own = placed.filter(move |(place, _)| place.link == link);
+            own.map(|(place, radius)| Shape { real: true, ..Shape::placed(&place.pose, Solid::Sphere { radius }) })
+        };
         let bodies = self.bodies.robot.links.iter().enumerate().map(|(link, described)| PlacedBody {
             name: described.name.clone(),
-            shapes: self.shapes(at, (&now.numbers, size), link),
+            shapes: self.shapes(at, (&now.numbers, size), link).into_iter().chain(balls_of(link)).collect(),
             meshes: described.meshes.iter().map(mesh).collect(),
             pose: now.kinematics.poses()[link],
         });

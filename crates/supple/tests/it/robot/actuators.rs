@@ -139,10 +139,13 @@ fn sensors_of_the_file_measure_what_mujoco_measures() {
     for case in golden["cases"].as_array().unwrap() {
         let y = observe(&problem, &list(&case["x"]), &[]);
         assert_close("angle, rate and place", &y[..5], &list(&case["sensors"]), 1e-12);
-        // Half the skew part of the rotation from that of the file's own initial state.
+        // Axis times angle of the rotation from the orientation in the file's own initial state.
         let tip = list(&case["tip"]);
         let entry = |i: usize, j: usize| (0..3).map(|k| reference[3 * k + i] * tip[3 * k + j]).sum::<f64>();
-        let turn = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| 0.5 * (entry(i, j) - entry(j, i)));
+        let sines = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| 0.5 * (entry(i, j) - entry(j, i)));
+        let (sine, cosine) =
+            (sines.iter().map(|s| s * s).sum::<f64>().sqrt(), 0.5 * (0..3).map(|i| entry(i, i)).sum::<f64>() - 0.5);
+        let turn = sines.map(|s| s * if sine > 0.0 { sine.atan2(cosine) / sine } else { 1.0 });
         assert_close("turn", &y[5..], &turn, 1e-12);
     }
     let names: Vec<_> =

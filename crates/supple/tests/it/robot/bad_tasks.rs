@@ -267,7 +267,8 @@ fn elements_of_compliance() {
         ),
         (
             contact("normal = [0.0, 0.0, 1.0]\nslip = 0.0\nfriction = 0.1"),
-            "task.toml:11:8: model.compliance[0].slip: must be above 0; found 0",
+            "task.toml:11:8: model.compliance[0].slip: must be above 0; found 0 (the speed over which friction builds up, m/s: \
+             such as 0.01, the default)",
         ),
         (
             contact("normal = [0.0, \"n\", 1.0]").where_(&[("n", 1.0)]),

@@ -336,12 +336,8 @@ fn a_guess_under_which_a_pole_falls_over_does_no_harm() {
     let [free, guessed] = [&upright, &guessed].map(evaluate);
     assert!(free.status.is_converged() && guessed.status.is_converged());
     assert!((guessed.cost.expected / free.cost.expected - 1.0).abs() < 1e-9, "{}", guessed.cost.expected);
-    assert!(
-        guessed.cost.expected < 16.2 && guessed.iterations < 12,
-        "{} {}",
-        guessed.cost.expected,
-        guessed.iterations
-    );
+    let (cost, iterations) = (guessed.cost.parts.nominal, guessed.iterations);
+    assert!(cost < 15.0 && iterations < 12, "{cost} {iterations}");
 }
 
 /// A pole that hangs still is where the cost of standing has a saddle: nothing changes it to first order.
@@ -352,6 +348,7 @@ fn a_pole_that_hangs_still_is_swung_up() {
         problem.tasks[0].initial_control = guess.map(|u: f64| vec![vec![u.into()]]).unwrap_or_default();
         let found = evaluate(&problem);
         assert!(found.status.is_converged(), "{guess:?}: {}", found.status);
-        assert!(found.cost.parts.nominal < 400.0, "{guess:?}: {}", found.cost.expected);
+        // To hang still costs 650.
+        assert!(found.cost.parts.nominal < 400.0, "{guess:?}: {}", found.cost.parts.nominal);
     }
 }
