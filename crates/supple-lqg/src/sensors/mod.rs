@@ -7,37 +7,20 @@
 mod branch;
 mod candidates;
 mod choose;
+mod plant;
 mod relax;
 mod sight;
 
-use supple_kernels::Matrices;
-
-use crate::{Error, Knots, Noise};
+use crate::Error;
 
 pub use branch::Searched;
 pub use candidates::{Candidate, join_correlated};
 pub use choose::{Chosen, Goal, Limits, Rule};
+pub use plant::Plant;
 pub use relax::Relaxation;
 pub use sight::Worth;
 
 use sight::{Memory, Sight, Weights};
-
-/// A plant along its trajectory with every candidate sensor, and what it costs.
-///
-/// Example: [`Selection`].
-#[derive(Clone, Copy)]
-pub struct Plant<'a> {
-    /// The plant; its measurements are those of all sensors.
-    pub knots: &'a Knots,
-    /// The noise; that of different sensors is independent.
-    pub noise: &'a Noise,
-    /// `Xi_t`, n x n, N of them: what an error of the estimate costs.
-    pub value: &'a Matrices,
-    /// The part of the expected cost that no sensor changes.
-    pub fixed: f64,
-    /// Weight of the plant's information in the sum over several.
-    pub weight: f64,
-}
 
 /// Candidates for the sensors of one plant or several.
 ///

@@ -1,6 +1,6 @@
 use supple_kernels::{Matrices, rows};
 
-use super::Plant;
+use super::plant::Plant;
 use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman_to_the_end, reverse_kalman};
 use crate::dense::{Dense, dense, eigen, store};
 use crate::given::MEASUREMENT;

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use supple::scene::{Body, Scene};
 
-use super::MOST_TRIANGLES;
 use super::read::read;
 use super::simplify::simplify;
 use super::surface::Surface;
+
+/// How many triangles of mesh files a scene has at most; more are made fewer.
+pub const MOST_TRIANGLES: usize = 20_000;
 
 /// How many bytes of mesh files are read for one page.
 const MOST_BYTES: u64 = 256 << 20;

@@ -45,6 +45,7 @@ mod solids;
 mod surface;
 
 use files::Files;
+pub use files::MOST_TRIANGLES;
 use surface::Surface;
 
 /// The script of the view, which defines `SuppleScene`. It needs plotly.js, as the global `Plotly`.
@@ -55,9 +56,6 @@ pub const SCRIPT: &str = concat!(
     include_str!("../../assets/scene_figure.js"),
     include_str!("../../assets/scene.js"),
 );
-
-/// How many triangles of mesh files a scene has at most; more are made fewer.
-pub const MOST_TRIANGLES: usize = 20_000;
 
 /// The data of the view, for `SuppleScene.mount(element, data)`: scenes by the name of their design.
 ///

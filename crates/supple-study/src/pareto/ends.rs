@@ -1,6 +1,6 @@
 use supple::design::{Aim, InformationWeights, StartSummary};
 
-use super::{Front, SAME};
+use super::front::{Front, SAME};
 use crate::StudyError;
 
 /// The ends of a front.

@@ -4,7 +4,8 @@ use supple::design::{Aim, DesignStatus, StartSummary};
 use supple::halt;
 use supple::pipeline::TaskState;
 
-use super::{Ends, Front, SAME, at_ends};
+use super::ends::Ends;
+use super::front::{Front, SAME, at_ends};
 use crate::StudyError;
 use crate::design::warnings_of;
 

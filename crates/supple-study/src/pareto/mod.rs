@@ -36,97 +36,27 @@
 
 mod ends;
 mod follow;
+mod front;
+mod point;
 mod remarks;
+mod report;
 
+pub use point::ParetoPoint;
 pub use remarks::{RangeEnd, Remark};
+pub use report::{Pareto, ParetoOptions};
 
 use std::path::Path;
 
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use supple::Named;
-use supple::design::{
-    Aim, Control, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, Searcher, StartSummary,
-};
-use supple::parameters::Parameters;
+use supple::design::{DesignSettings, GradientKind, Method};
 
-use crate::design::{check_designable, checked};
+use crate::design::check_designable;
 use crate::journal::{Identity, Parts};
-use crate::{LoadedTask, StudyError, Watch, lenient};
-use ends::{Ends, find_ends};
+use crate::{LoadedTask, StudyError, Watch};
+use ends::find_ends;
 use follow::{Point, follow};
+use front::{Front, at_ends};
 use supple_text::digits;
-
-/// What a Pareto study does.
-///
-/// Example: the [module](crate::pareto).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ParetoOptions {
-    /// Points of the front.
-    pub points: usize,
-    /// Starts at its unconstrained end.
-    pub starts: usize,
-    /// Seed of starts.
-    pub seed: u64,
-}
-
-/// A front of information against cost.
-///
-/// Example: the [module](crate::pareto).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Pareto {
-    /// What was asked for.
-    pub options: ParetoOptions,
-    /// Which information is minimised at every point.
-    #[serde(default)]
-    pub information: InformationWeights,
-    /// The tasks' bounds at factor 1; infinite where a task has none.
-    #[serde(deserialize_with = "lenient::list")]
-    pub bounds: Vec<f64>,
-    /// Points by increasing factor: the tightest first.
-    pub points: Vec<ParetoPoint>,
-    /// Where bounds become active along the front, in words.
-    pub remarks: Vec<Remark>,
-    /// Whether it was stopped before all points were found: others are missing, and those that are there were not
-    /// compared with their neighbours.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub stopped: bool,
-}
-
-/// A point of a front.
-///
-/// Example: the [module](crate::pareto).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ParetoPoint {
-    /// All bounds are this times those of the task.
-    pub factor: f64,
-    /// The tasks' bounds here; infinite where a task has none.
-    #[serde(deserialize_with = "lenient::list")]
-    pub bounds: Vec<f64>,
-    /// How the search ended.
-    pub status: DesignStatus,
-    /// The design.
-    pub parameters: Named,
-    /// The information that is minimised, by the weights of the task file, nats.
-    pub information_nats: f64,
-    /// Measured information of each task, nats.
-    pub task_nats: Vec<f64>,
-    /// Expected cost of each task.
-    pub costs: Vec<f64>,
-    /// Nats that a unit more of each task's bound would save; 0 where a bound is not active. NaN for those that are
-    /// active at a tight end whose design is the only one: there it is infinite.
-    #[serde(deserialize_with = "lenient::list")]
-    pub prices: Vec<f64>,
-    /// The sum of the prices of its parameters, where any has one; those of catalogues' entries do not count, as no
-    /// value is taken from these.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub price: Option<f64>,
-    /// Parameters at a bound of their range.
-    pub at_ends: Vec<String>,
-    /// Why its numbers cannot be trusted, for people: a cost wants a force from a contact that a plan never touches.
-    #[serde(default)]
-    pub warnings: Vec<String>,
-}
 
 /// Points of a front at most.
 const MOST_POINTS: usize = 10_000;
@@ -178,60 +108,6 @@ pub fn run(
         stopped,
     })
 }
-
-/// What all searches along a front share.
-struct Front<'a> {
-    task: &'a LoadedTask,
-    settings: DesignSettings,
-    parts: Parts,
-    watch: Watch<'a>,
-}
-
-impl Front<'_> {
-    /// A search with an aim.
-    fn searcher(&self, aim: Aim) -> Searcher<'_> {
-        let control = Control { stop: self.watch.stop, ..Control::default() };
-        // All points of a front are of one kind of information.
-        Searcher::new(&self.task.problem, &self.settings, aim, control).with_one_information()
-    }
-
-    /// A search that is a part of the study, by the part's name.
-    ///
-    /// # Errors
-    /// Those of the search and of the journal; if it is stopped, as what was stopped on its way is no point of a front.
-    fn part(
-        &self,
-        name: &str,
-        search: impl FnOnce() -> Result<StartSummary, supple::Error>,
-    ) -> Result<StartSummary, StudyError> {
-        checked(self.parts.part(name, self.watch, || Ok(search()?))?, &self.task.problem)
-    }
-
-    /// The least information at a factor of the bounds, from another design of the front.
-    ///
-    /// # Errors
-    /// As of [`part`](Self::part).
-    fn nearby(&self, name: &str, from: &StartSummary, factor: f64, number: usize) -> Result<StartSummary, StudyError> {
-        let searcher = self.searcher(Aim::Information { factor });
-        self.part(name, || searcher.search_from(&from.to, &from.controls, number))
-    }
-
-    /// The best of all starts of a search.
-    ///
-    /// # Errors
-    /// As of [`part`](Self::part); where not even one start can be evaluated.
-    fn best(&self, name: &str, searcher: &Searcher) -> Result<StartSummary, StudyError> {
-        let start = |start: usize| {
-            self.part(&format!("{name}, start {start}"), || searcher.search_start(&self.task.phi, start))
-        };
-        let starts = (0..self.settings.starts).into_par_iter().map(start).collect::<Result<_, _>>()?;
-        let mut found = searcher.combine(starts, 0.0)?;
-        Ok(found.starts.swap_remove(found.best))
-    }
-}
-
-/// Information that differs by less than this, relatively, is the same.
-const SAME: f64 = 1e-9;
 
 /// What a front is.
 fn identity(task: &LoadedTask, options: &ParetoOptions) -> Identity {
@@ -292,13 +168,4 @@ fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
         at_ends: at_ends(parameters, summary),
         warnings: warnings.clone(),
     }
-}
-
-/// Design parameters at an end of their range.
-fn at_ends(parameters: &Parameters, summary: &StartSummary) -> Vec<String> {
-    let is_at_end = |&index: &usize| {
-        let parameter = parameters.get(index);
-        parameter.bounds.into_iter().any(|end| parameter.is_at(end, summary.to[index]))
-    };
-    parameters.design().into_iter().filter(is_at_end).map(|index| parameters.get(index).name.clone()).collect()
 }

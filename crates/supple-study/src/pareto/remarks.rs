@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 use supple::parameters::{Parameter, Parameters};
 
-use super::{Ends, ParetoPoint};
+use super::ends::Ends;
+use super::point::ParetoPoint;
 use crate::LoadedTask;
 
 /// A remark on a front.

@@ -6,9 +6,9 @@ use supple::Matrices;
 use supple::lqg::Noise;
 use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
 
-use super::plan::plan_anew;
+use super::plan::{Planned, plan_anew};
+use super::report::{PlannedFor, RobustCell, RobustnessOptions, STOPPED};
 use super::statistics::{half_width, mean_and_deviation, quantile};
-use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
 use crate::journal::Parts;
 use crate::{LoadedTask, StudyError, Watch};
 
@@ -38,9 +38,6 @@ fn growth(nominal: &Noise, truth: &Noise) -> f64 {
     let ratios = pairs.map(|(from, to)| if largest(from) > 0.0 { largest(to) / largest(from) } else { 1.0 });
     ratios.into_iter().fold(1.0, f64::max)
 }
-
-/// What cells say that were not computed when the study was stopped.
-pub(super) const STOPPED: &str = "stopped before it was computed";
 
 /// Rolls out every design in every task, planning and level, in this order of nesting; and how many of them were computed
 /// before it was told to stop.

@@ -1,6 +1,6 @@
 use supple_text::nearest;
 
-use super::DesignChoice;
+use super::report::DesignChoice;
 use crate::{LoadedTask, StudyError};
 
 /// How designs are written.

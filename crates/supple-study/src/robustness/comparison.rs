@@ -1,6 +1,6 @@
 use super::cell::{Costs, extremes};
+use super::report::{Comparison, DesignChoice, PlannedFor, RobustnessOptions};
 use super::statistics::{mean_and_deviation, paired};
-use super::{Comparison, DesignChoice, PlannedFor, RobustnessOptions};
 use crate::LoadedTask;
 
 /// Compares the optimum, or else the last design, with every other one.

@@ -5,7 +5,7 @@ use supple::pipeline::TaskState;
 use supple::settings::PlanMode;
 use supple::{Matrices, Named, Problem, Task, Value};
 
-use super::{DesignChoice, RobustDesign};
+use super::report::{DesignChoice, RobustDesign};
 use crate::design::{best_of, check_designable, run_start, warnings_of};
 use crate::journal::Parts;
 use crate::{LoadedTask, StudyError, Watch};

@@ -2,7 +2,7 @@
 
 use supple::simulate::{half_width_95, student_tails};
 
-use super::Paired;
+use super::report::Paired;
 
 /// Mean and standard deviation of a sample; NaN where it has a number that is not finite, or too few numbers.
 pub(super) fn mean_and_deviation(sample: &[f64]) -> (f64, f64) {

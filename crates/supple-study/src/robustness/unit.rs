@@ -6,7 +6,8 @@ use supple::design::StartSummary;
 
 use super::cell::{Costs, Place, cells};
 use super::plan::{Optimum, Planned, plan_one};
-use super::{DesignChoice, RobustDesign, Robustness, RobustnessOptions, assemble, check};
+use super::report::{DesignChoice, RobustDesign, Robustness, RobustnessOptions};
+use super::{assemble, check};
 use crate::design::check_designable;
 use crate::{LoadedTask, StudyError};
 

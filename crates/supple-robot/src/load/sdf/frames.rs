@@ -15,9 +15,11 @@ use super::super::parts::Reference;
 use super::super::warnings::Warnings;
 use super::super::words::{listed, near, shown};
 use super::super::xml::Element;
-use super::WORLD;
 use super::values::{Version, pose};
 use crate::Pose;
+
+/// The name of the world as a joint's parent, and of the link that stands for it.
+pub(super) const WORLD: &str = "world";
 
 /// The node of the model's own frame.
 pub(super) const MODEL: usize = 0;

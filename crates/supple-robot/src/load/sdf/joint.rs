@@ -6,9 +6,10 @@ use super::super::joint_kind::joint_kind;
 use super::super::parts::{JointPart, MimicPart, Reference};
 use super::super::words::shown;
 use super::super::xml::Element;
+use super::Reader;
+use super::frames::WORLD;
 use super::frames::{Frames, MODEL, child};
 use super::values::{Version, flag, number, pass_over};
-use super::{Reader, WORLD};
 use crate::{JointKind, Limits, Pose};
 
 /// Elements of `joint` that are read.

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use supple_text::FileError;
 
-use self::frames::{Frames, MODEL};
+use self::frames::{Frames, MODEL, WORLD};
 use self::values::{Version, flag, pass_over, pose};
 use super::assemble::assemble;
 use super::options::LoadOptions;
@@ -21,8 +21,6 @@ use super::words::{listed, shown};
 use super::xml::{Document, Element};
 use crate::{JointKind, Pose, Robot};
 
-/// The name of the world as a joint's parent, and of the link that stands for it.
-const WORLD: &str = "world";
 /// The name of the link that stands for the world if the robot has a link named `world`.
 const OUTER_WORLD: &str = "__world__";
 /// Elements of `world` that are read, or that must not be ignored.
