@@ -19,12 +19,12 @@ pub use count::{Count, texts};
 pub use designs::{DesignOptions, EvaluateOptions, GradientChoice, gradient_kind, method};
 pub use robots::{ModelKind, NewOptions, RobotFormat, RobotOptions};
 pub use studies::{
-    AtArgument, BoundOptions, ControllerFormatArgument, ExploreOptions, ExportOptions, ParetoOptions, PlotOptions,
-    ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument, SensorsOptions, ShowOptions,
-    StudyOptions, SweepOptions, TraceOptions, ValidateOptions,
+    AtArgument, BoundOptions, ControllerFormatArgument, ExploreOptions, ExportOptions, Format, ParetoOptions,
+    PlotOptions, ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument, SensorsOptions,
+    ShowOptions, StudyOptions, SweepOptions, TraceOptions, ValidateOptions,
 };
 #[cfg(feature = "figures")]
-pub use studies::{FigureArgument, Format, Width};
+pub use studies::{FigureArgument, Width};
 
 /// Design compliant robots that need little information to be controlled.
 #[derive(Debug, Parser)]

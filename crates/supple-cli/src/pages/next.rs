@@ -23,6 +23,13 @@ pub fn after_evaluation(about: &About, at: &Evaluation) -> String {
             (false, _, true) => {
                 format!("{}, or declare [parameters] that `supple design` may change", raise(at))
             }
+            (false, _, false) if at.tasks.iter().any(|task| at.missed_bound(task).is_some() && is_out_of_reach(task)) => {
+                format!(
+                    "{}: no sensors meet the limit along this plan, so that `supple design` can only where {} change the plan",
+                    raise(at),
+                    listed(&names())
+                )
+            }
             (false, _, false) => format!(
                 "`supple design` searches for {} within the limit; this design would meet {}",
                 listed(&names()),
@@ -139,6 +146,11 @@ fn unfinished(report: &DesignReport) -> String {
         more_starts(report),
         report.seed.wrapping_add(1)
     )
+}
+
+/// Whether the cost limit is below what full information costs along the plan.
+fn is_out_of_reach(task: &TaskEvaluation) -> bool {
+    task.information.needed.as_ref().is_some_and(|needed| needed.limit_out_of_reach)
 }
 
 /// A cost limit to set.
