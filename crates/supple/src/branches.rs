@@ -81,6 +81,23 @@ pub fn best_plan(
     {
         candidates.plan(problem, task, phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
     }
+    // A guess at which the cost has a saddle, as hanging still has where standing is wanted, leads nowhere.
+    if candidates.is_saddle()
+        || candidates.was_stationary() && state.is_saddle(task, phi, candidates.converged.as_ref())
+    {
+        for size in SHAKES {
+            candidates.plan(problem, task, phi, Start::of(&shaken(&guess, size)), state);
+            if candidates.has_left() {
+                break;
+            }
+        }
+        if !candidates.has_left() {
+            let mut random = ChaCha8Rng::seed_from_u64(0);
+            for _ in 0..WAVES {
+                candidates.plan(problem, task, phi, Start::of(&waved(task, guess.clone(), &mut random)), state);
+            }
+        }
+    }
     for controls in task.known_controls.iter().chain(neighbour) {
         candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
     }
@@ -91,23 +108,12 @@ pub fn best_plan(
             candidates.plan(problem, task, phi, Start { before: 1, margin: SAME_BRANCH, ..Start::of(&held) }, state);
         }
     }
-    // A guess at which the cost has a saddle, as hanging still has where standing is wanted, leads nowhere.
-    if candidates.is_saddle()
-        || candidates.was_stationary() && state.is_saddle(task, phi, candidates.converged.as_ref())
-    {
-        for size in SHAKES {
-            candidates.plan(problem, task, phi, Start::of(&shaken(&guess, size)), state);
-            if !candidates.is_saddle() && !candidates.was_stationary() {
-                break;
-            }
-        }
-    }
     if let Some(error) = candidates.failure()
         && !matches!(explain(task, phi, error, &state.plan.trajectory), Error::TimeStep { .. })
     {
         candidates.plan(problem, task, phi, Start { fed_back: true, ..Start::of(&guess) }, state);
     }
-    match candidates.choose() {
+    match candidates.choose(task) {
         Ok(kept) => {
             state.plan = kept;
             state.assess_with(task, phi, settings).map_err(|error| explain(task, phi, error, &state.plan.trajectory))
@@ -185,6 +191,11 @@ impl Candidates {
         self.converged.is_none() && self.other.as_ref().is_some_and(|plan| plan.status == PlanStatus::Indefinite)
     }
 
+    /// Whether a search has led from a saddle to another plan.
+    fn has_left(&self) -> bool {
+        !self.is_saddle() && !self.was_stationary()
+    }
+
     /// Whether the best plan is the guess that its search began from.
     fn was_stationary(&self) -> bool {
         self.converged.as_ref().is_some_and(|plan| plan.iterations <= 1 && plan.mode == PlanMode::Nominal)
@@ -196,19 +207,28 @@ impl Candidates {
     }
 
     /// The plan to keep; it records the cost of a cheaper plan that did not converge.
-    fn choose(self) -> Result<Plan, Error> {
+    fn choose(self, task: &Task) -> Result<Plan, Error> {
         let (Some(mut kept), other) = (self.converged, &self.other) else {
             let error = self.error.unwrap_or(Error::NotFinite { what: "the first guess" });
             return self.other.ok_or(error);
         };
-        let much_less = |cost: &f64| *cost < kept.objective - CHEAPER * (1.0 + kept.objective.abs());
-        kept.passed_over = other.as_ref().map(|other| other.objective).filter(much_less);
+        let limited = task.system.constraints().is_some();
+        let much_less = |other: &&Plan| {
+            let less = kept.objective - CHEAPER * (1.0 + kept.objective.abs());
+            // A plan on the way to limits usually costs less than one that keeps them.
+            let far_less = FAR_CHEAPER * kept.objective;
+            other.objective < if limited { far_less.min(less) } else { less }
+        };
+        kept.passed_over = other.as_ref().filter(much_less).map(|other| other.objective);
         Ok(kept)
     }
 }
 
 /// Sizes of the random changes with which searches leave a saddle, relative to 1 plus the control.
 const SHAKES: [f64; 2] = [1e-3, 1e-1];
+
+/// How many random waves are tried where such changes lead back, or nowhere.
+const WAVES: usize = 4;
 
 /// Controls with random changes of a size, always the same.
 fn shaken(controls: &Matrices, size: f64) -> Matrices {
@@ -221,6 +241,9 @@ fn shaken(controls: &Matrices, size: f64) -> Matrices {
     }
     shaken
 }
+
+/// Share of the cost of a plan that has to keep limits below which one that may exceed them is reported.
+const FAR_CHEAPER: f64 = 0.25;
 
 /// Relative cost difference from which a cheaper plan that did not converge is reported.
 const CHEAPER: f64 = 1e-3;
@@ -316,12 +339,19 @@ pub fn minima_at(
         return Ok(vec![state.plan.trajectory.controls.clone()]);
     }
     let given = (&state.plan.trajectory.controls, cost_of_branch(state));
+    let (passed_over, iterations) = (state.plan.passed_over, state.plan.iterations);
     let search = BranchSearch { seed, attempts, effort: usize::MAX, stop: &|| false };
     let found = search_branches(problem, task, phi, given, search);
+    let is_same = !is_cheaper(found.cost, given.1);
     Error::check_stop()?;
     // The time of a plan is not that of the search for others.
     state.limit_time(problem.planning.time_limit);
     state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
+    if is_same {
+        // The same plan, from its own controls.
+        state.plan.passed_over = passed_over;
+        state.plan.iterations += iterations;
+    }
     Ok(found.minima)
 }
 
@@ -497,7 +527,8 @@ fn attempt_branch(
     let source: Vec<f64> =
         scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / REACHES).clamp(0.0, 1.0)).collect();
     let source = scaling.unscaled(phi, &source);
-    let mut guess = disturbed_guess(task, phi, given, &source, uniform(random));
+    let number = uniform(random);
+    let mut guess = disturbed_guess(task, phi, given, &source, number, random);
     if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
         guess = controls;
     }
@@ -511,10 +542,20 @@ fn attempt_branch(
 
 /// Controls to plan from at a design, chosen by a number in [0, 1): multiples of the first guess of a task; if it has none,
 /// the controls that hold the first state, plus multiples of the deviation of a given plan at another design from
-/// its own holding controls. Such controls may be positions, and multiples of positions would be far away.
-fn disturbed_guess(task: &Task, phi: &[f64], given: &Matrices, source: &[f64], number: f64) -> Matrices {
+/// its own holding controls. Such controls may be positions, and multiples of positions would be far away. Random waves are
+/// added where these multiples are of nothing.
+fn disturbed_guess(
+    task: &Task,
+    phi: &[f64],
+    given: &Matrices,
+    source: &[f64],
+    number: f64,
+    random: &mut ChaCha8Rng,
+) -> Matrices {
     if !task.initial_control.is_empty() {
-        return task.guess(source, math::exp(number * 1.8));
+        let guess = task.guess(source, math::exp(number * 1.8));
+        let is_zero = (0..task.steps).all(|t| guess.vector(t).iter().all(|u| *u == 0.0));
+        return if is_zero { waved(task, guess, random) } else { guess };
     }
     let (held, mut guess) = (task.guess(phi, 1.0), task.guess(source, 1.0));
     for t in 0..task.steps {
@@ -522,5 +563,21 @@ fn disturbed_guess(task: &Task, phi: &[f64], given: &Matrices, source: &[f64], n
             *to += 2.0 * number * (given.vector(t)[i] - held.vector(t)[i]);
         }
     }
-    guess
+    let is_held = (0..task.steps).all(|t| given.vector(t) == held.vector(t));
+    if is_held { waved(task, guess, random) } else { guess }
+}
+
+/// Controls with a random constant and a random half wave added to each: up to half of its range, or 1 if it has none.
+fn waved(task: &Task, mut controls: Matrices, random: &mut ChaCha8Rng) -> Matrices {
+    let steps = controls.count();
+    for a in 0..controls.cols() {
+        let range = task.control_bounds.as_ref().map(|bounds| bounds.upper()[a] - bounds.lower()[a]);
+        let size = range.filter(|range| range.is_finite()).map_or(1.0, |range| 0.5 * range);
+        let [constant, wave] = [(); 2].map(|()| size * (2.0 * uniform(random) - 1.0));
+        for t in 0..steps {
+            let angle = std::f64::consts::PI * (t as f64 + 0.5) / steps as f64;
+            controls.vector_mut(t)[a] += constant + wave * math::cos(angle);
+        }
+    }
+    controls
 }

@@ -155,6 +155,7 @@ impl TaskState {
     ) -> Option<(Matrices, usize)> {
         self.forget();
         task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
+        self.clear_costs();
         let found = approach(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
@@ -171,6 +172,7 @@ impl TaskState {
     ) -> Option<(Matrices, usize)> {
         self.forget();
         task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
+        self.clear_costs();
         let found = draw_to_contacts(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
@@ -179,8 +181,14 @@ impl TaskState {
     /// The cost and the controls of a motion from which a task that has no first guess of its own is planned.
     pub(crate) fn first_guess(&mut self, task: &Task, phi: &[f64]) -> (f64, Matrices) {
         self.forget();
+        self.clear_costs();
         task.write_guess(phi, None, &mut self.plan.trajectory);
         first_guess(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
+    }
+
+    /// Limits of an earlier plan wrote entries that the cost itself leaves 0.
+    fn clear_costs(&mut self) {
+        self.plan.knots.cost.clear();
     }
 
     /// Whether the exact second derivatives of the cost about a stationary plan have directions in which it falls; the state's
@@ -191,6 +199,7 @@ impl TaskState {
         };
         self.forget();
         self.plan.clone_from(stationary);
+        self.clear_costs();
         has_descent(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
     }
 

@@ -110,7 +110,8 @@ fn a_hint_names_every_limit_that_is_exceeded() {
     let text = format!("{head}{}{}{}", task("press", "20.0"), task("again", "30.0"), task("once more", "10.0"));
     let run = Folder::with_task(&text).run(&["evaluate", "task.toml"]);
     assert_eq!(run.quiet().0, Some(1));
-    let said = "this design would meet a `bound` of 20.2919 on press and a `bound` of 20.2919 on once more.";
+    let said =
+        "raise the `bound` of press to 20.2919 and the `bound` of once more to 20.2919: no sensors meet the limit";
     assert!(run.stdout.contains(said), "{}", run.stdout);
 }
 

@@ -45,9 +45,11 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     }
     if let Some(cost) = plan.passed_over {
         warnings.push(format!(
-            "task `{}`: a plan of cost {cost:.6} did not converge and was discarded; the plan in use costs {:.6}. Raise \
+            "task `{}`: a plan of cost {} did not converge, or exceeds limits, and was discarded; the plan in use costs {}. Raise \
              `planning.max_iterations`, or start from another `initial_control`",
-            task.name, plan.objective
+            task.name,
+            short(cost, 8),
+            short(plan.objective, 8)
         ));
     }
     warnings

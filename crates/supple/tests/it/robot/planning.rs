@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use supple::design::best_plan;
+use supple::pipeline::TaskState;
 use supple::plan::PlanStatus;
 use supple::system::{Points, System, Times};
 use supple::{EvaluateOptions, Matrices, Problem, Scratch, TaskEvaluation};
@@ -351,4 +353,32 @@ fn a_pole_that_hangs_still_is_swung_up() {
         // To hang still costs 650.
         assert!(found.cost.parts.nominal < 400.0, "{guess:?}: {}", found.cost.parts.nominal);
     }
+}
+
+/// The plan at a design is the same whatever was planned before, and no costlier for a neighbour's plan to start from.
+#[test]
+fn plans_do_not_depend_on_what_was_planned_before() {
+    let mut problem = cartpole("\"q.th\" = 3.141592653589793\n", "weight = 1.0\nfinal_weight = 1000.0").problem();
+    let [mut fresh, mut used] = [0; 2].map(|_| TaskState::new(&problem.tasks[0]));
+    best_plan(&problem, &problem.tasks[0], &[], None, &mut fresh).unwrap();
+    let alone = fresh.cost.expected();
+    // Another task first, in the same memory, whose plan then is the neighbour's.
+    let start = std::mem::replace(&mut problem.tasks[0].initial_state[1], 0.3.into());
+    best_plan(&problem, &problem.tasks[0], &[], None, &mut used).unwrap();
+    let neighbour = used.plan.trajectory.controls.clone();
+    problem.tasks[0].initial_state[1] = start;
+    best_plan(&problem, &problem.tasks[0], &[], None, &mut used).unwrap();
+    assert_eq!(used.cost.expected(), alone);
+    best_plan(&problem, &problem.tasks[0], &[], Some(&neighbour), &mut used).unwrap();
+    assert!(used.cost.expected() <= alone * (1.0 + 1e-9), "{} {alone}", used.cost.expected());
+}
+
+/// Branches from a guess of nothing went nowhere: multiples of nothing are nothing.
+#[test]
+fn branches_from_no_force_find_other_plans() {
+    let mut problem = cartpole("\"q.th\" = 3.141592653589793\n", "weight = 1.0\nfinal_weight = 1000.0").problem();
+    problem.tasks[0].initial_control = vec![vec![0.0.into()]];
+    let options = EvaluateOptions { branches: 8, seed: 1, ..EvaluateOptions::default() };
+    let found = problem.evaluate(&[], &options).unwrap().tasks.remove(0);
+    assert!(found.branches.is_some_and(|count| count > 1), "{:?}", found.branches);
 }
