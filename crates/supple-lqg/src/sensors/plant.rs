@@ -4,7 +4,7 @@ use crate::{Knots, Noise};
 
 /// A plant along its trajectory with every candidate sensor, and what it costs.
 ///
-/// Example: [`Selection`].
+/// Example: [`Selection`](super::Selection).
 #[derive(Clone, Copy)]
 pub struct Plant<'a> {
     /// The plant; its measurements are those of all sensors.
