@@ -73,7 +73,7 @@ pub use schema::{json_schema, json_schema_of};
 pub use supple_text::{Files, read_text};
 pub use syntax::parse_document;
 
-pub use supple_model::document::{Document, FileError, Place, Reader};
+pub use supple_model::document::{Document, FileError, Place, ReadError, Reader};
 
 /// The top of a task file. Sections whose shape depends on a `kind` are read by their own readers.
 #[derive(Debug, Deserialize)]

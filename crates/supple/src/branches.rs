@@ -10,7 +10,7 @@ use crate::Error;
 use crate::continuation::{Failed, Neighbour, Scaling, continue_plan};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
-use crate::plan::{Asked, Patience, Plan, PlanMode, PlanStatus};
+use crate::plan::{Asked, Patience, Plan, PlanMode, PlanStatus, add_wave};
 use crate::problem::{Problem, Task};
 use crate::touching::misses_contact;
 
@@ -82,9 +82,7 @@ pub fn best_plan(
         candidates.plan(problem, task, phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
     }
     // A guess at which the cost has a saddle, as hanging still has where standing is wanted, leads nowhere.
-    if candidates.is_saddle()
-        || candidates.was_stationary() && state.is_saddle(task, phi, candidates.converged.as_ref())
-    {
+    if candidates.is_indefinite() || candidates.stationary().is_some_and(|plan| state.is_saddle(task, phi, plan)) {
         for size in SHAKES {
             candidates.plan(problem, task, phi, Start::of(&shaken(&guess, size)), state);
             if candidates.has_left() {
@@ -187,18 +185,18 @@ impl Candidates {
     }
 
     /// Whether no plan converged, and the best one has directions in which its cost falls.
-    fn is_saddle(&self) -> bool {
+    fn is_indefinite(&self) -> bool {
         self.converged.is_none() && self.other.as_ref().is_some_and(|plan| plan.status == PlanStatus::Indefinite)
     }
 
     /// Whether a search has led from a saddle to another plan.
     fn has_left(&self) -> bool {
-        !self.is_saddle() && !self.was_stationary()
+        !self.is_indefinite() && self.stationary().is_none()
     }
 
-    /// Whether the best plan is the guess that its search began from.
-    fn was_stationary(&self) -> bool {
-        self.converged.as_ref().is_some_and(|plan| plan.iterations <= 1 && plan.mode == PlanMode::Nominal)
+    /// The best plan, if it is the guess that its search began from.
+    fn stationary(&self) -> Option<&Plan> {
+        self.converged.as_ref().filter(|plan| plan.iterations <= 1 && plan.mode == PlanMode::Nominal)
     }
 
     /// The error, if there is no plan at all.
@@ -527,8 +525,7 @@ fn attempt_branch(
     let source: Vec<f64> =
         scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / REACHES).clamp(0.0, 1.0)).collect();
     let source = scaling.unscaled(phi, &source);
-    let number = uniform(random);
-    let mut guess = disturbed_guess(task, phi, given, &source, number, random);
+    let mut guess = disturbed_guess(task, phi, given, &source, random);
     if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
         guess = controls;
     }
@@ -540,18 +537,12 @@ fn attempt_branch(
     Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
 }
 
-/// Controls to plan from at a design, chosen by a number in [0, 1): multiples of the first guess of a task; if it has none,
+/// Controls to plan from at a design, chosen at random: multiples of the first guess of a task; if it has none,
 /// the controls that hold the first state, plus multiples of the deviation of a given plan at another design from
 /// its own holding controls. Such controls may be positions, and multiples of positions would be far away. Random waves are
 /// added where these multiples are of nothing.
-fn disturbed_guess(
-    task: &Task,
-    phi: &[f64],
-    given: &Matrices,
-    source: &[f64],
-    number: f64,
-    random: &mut ChaCha8Rng,
-) -> Matrices {
+fn disturbed_guess(task: &Task, phi: &[f64], given: &Matrices, source: &[f64], random: &mut ChaCha8Rng) -> Matrices {
+    let number = uniform(random);
     if !task.initial_control.is_empty() {
         let guess = task.guess(source, math::exp(number * 1.8));
         let is_zero = (0..task.steps).all(|t| guess.vector(t).iter().all(|u| *u == 0.0));
@@ -569,14 +560,11 @@ fn disturbed_guess(
 
 /// Controls with a random constant and a random half wave added to each: up to half of its range, or 1 if it has none.
 fn waved(task: &Task, mut controls: Matrices, random: &mut ChaCha8Rng) -> Matrices {
-    let steps = controls.count();
     for a in 0..controls.cols() {
         let range = task.control_bounds.as_ref().map(|bounds| bounds.upper()[a] - bounds.lower()[a]);
         let size = range.filter(|range| range.is_finite()).map_or(1.0, |range| 0.5 * range);
-        let [constant, wave] = [(); 2].map(|()| size * (2.0 * uniform(random) - 1.0));
-        for t in 0..steps {
-            let angle = std::f64::consts::PI * (t as f64 + 0.5) / steps as f64;
-            controls.vector_mut(t)[a] += constant + wave * math::cos(angle);
+        for waves in [0, 1] {
+            add_wave(&mut controls, a, waves, size * (2.0 * uniform(random) - 1.0));
         }
     }
     controls

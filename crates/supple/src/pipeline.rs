@@ -153,9 +153,7 @@ impl TaskState {
         settings: &PlanSettings,
         controls: &Matrices,
     ) -> Option<(Matrices, usize)> {
-        self.forget();
-        task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
-        self.clear_costs();
+        self.begin(task, phi, Some(controls));
         let found = approach(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
@@ -170,9 +168,7 @@ impl TaskState {
         settings: &PlanSettings,
         controls: &Matrices,
     ) -> Option<(Matrices, usize)> {
-        self.forget();
-        task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
-        self.clear_costs();
+        self.begin(task, phi, Some(controls));
         let found = draw_to_contacts(task.at(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
         self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
@@ -180,26 +176,27 @@ impl TaskState {
 
     /// The cost and the controls of a motion from which a task that has no first guess of its own is planned.
     pub(crate) fn first_guess(&mut self, task: &Task, phi: &[f64]) -> (f64, Matrices) {
-        self.forget();
-        self.clear_costs();
-        task.write_guess(phi, None, &mut self.plan.trajectory);
+        self.begin(task, phi, None);
         first_guess(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
     }
 
-    /// Limits of an earlier plan wrote entries that the cost itself leaves 0.
-    fn clear_costs(&mut self) {
+    /// Begins a plan from controls, or from the task's own guess, with nothing left of an earlier plan: limits write entries
+    /// that the cost itself leaves 0.
+    fn begin(&mut self, task: &Task, phi: &[f64], controls: Option<&Matrices>) {
+        self.forget();
         self.plan.knots.cost.clear();
+        task.write_guess(phi, controls, &mut self.plan.trajectory);
     }
 
     /// Whether the exact second derivatives of the cost about a stationary plan have directions in which it falls; the state's
     /// own plan is lost.
-    pub(crate) fn is_saddle(&mut self, task: &Task, phi: &[f64], stationary: Option<&Plan>) -> bool {
-        let Some(stationary) = stationary.filter(|_| task.system.dimensions().states <= MOST_EXAMINED) else {
+    pub(crate) fn is_saddle(&mut self, task: &Task, phi: &[f64], stationary: &Plan) -> bool {
+        if task.system.dimensions().states > MOST_EXAMINED {
             return false;
-        };
+        }
         self.forget();
         self.plan.clone_from(stationary);
-        self.clear_costs();
+        self.plan.knots.cost.clear();
         has_descent(task.nominal(phi), &mut self.plan, &mut self.plan_work, &mut self.scratch)
     }
 

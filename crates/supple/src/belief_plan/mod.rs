@@ -11,13 +11,12 @@ use std::time::Instant;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use supple_kernels::math;
 use supple_kernels::{Matrices, Scratch};
 
 pub(crate) use gradient::belief_plan_gradient;
 pub(crate) use search::Memory;
 
-use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, is_over};
+use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, add_wave, is_over};
 use crate::problem::TaskAt;
 use search::Search;
 
@@ -97,10 +96,7 @@ fn wandering(around: &Matrices, settings: &PlanSettings, number: usize) -> Matri
         let size = if squares > 0.0 { (squares / steps as f64).sqrt() } else { 1.0 };
         for wave in 1..=WAVES {
             let amplitude = settings.belief.spread * size * normal(&mut random) / wave as f64;
-            for t in 0..steps {
-                let angle = std::f64::consts::PI * wave as f64 * (t as f64 + 0.5) / steps as f64;
-                controls.vector_mut(t)[a] += amplitude * math::cos(angle);
-            }
+            add_wave(&mut controls, a, wave, amplitude);
         }
     }
     controls

@@ -1,6 +1,6 @@
 //! Where searches start that are given no controls.
 
-use supple_kernels::{Matrices, Scratch};
+use supple_kernels::{Matrices, Scratch, math};
 use supple_lqg::Regularisation;
 use supple_model::Trajectory;
 use supple_model::system::{Curvature, RollOut};
@@ -9,6 +9,15 @@ use super::sweeps::{roll_out, sweep};
 use super::{NominalProblem, Plan, PlanWorkspace};
 use crate::Error;
 use crate::knots::Linearise as _;
+
+/// Adds cosine half waves, or a constant for none, of an amplitude to a control over the steps.
+pub(crate) fn add_wave(controls: &mut Matrices, control: usize, waves: usize, amplitude: f64) {
+    let steps = controls.count();
+    for t in 0..steps {
+        let angle = std::f64::consts::PI * waves as f64 * (t as f64 + 0.5) / steps as f64;
+        controls.vector_mut(t)[control] += amplitude * math::cos(angle);
+    }
+}
 
 /// Shares of the feedforward that are tried: with 0, feedback alone keeps the system where it is.
 const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.0];

@@ -27,7 +27,7 @@ pub use bounds::bounds_of;
 pub(crate) use conjugate_gradients::{Found, Goal, Operator, Solved, conjugate_gradients};
 pub(crate) use costates::{Stationarity, sweep_costates};
 pub(crate) use descent::{Descent, Model, Step, descend, is_over};
-pub(crate) use first_guess::first_guess;
+pub(crate) use first_guess::{add_wave, first_guess};
 pub(crate) use held::Held;
 pub use result::{Plan, VALID_STATIONARITY};
 pub(crate) use risk::plan_risk;

@@ -86,10 +86,15 @@ pub(crate) fn has_descent(
     scratch: &mut Scratch,
 ) -> bool {
     linearise(problem, plan, Curvature::GaussNewton, scratch);
+    find_curvature(problem, plan, work, scratch);
+    sweep(problem, Regularisation::default(), Some(&work.hessian), plan).is_err()
+}
+
+/// Second derivatives of the Lagrangian at the trajectory of a plan with costates, in the workspace.
+fn find_curvature(problem: NominalProblem, plan: &Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) {
     work.hessian.clear();
     let at = plan.trajectory.points();
     problem.system.lagrangian_quadratics(at, problem.phi, &plan.costates, &mut work.hessian, scratch);
-    sweep(problem, Regularisation::default(), Some(&work.hessian), plan).is_err()
 }
 
 /// The search's state between iterations.
@@ -137,10 +142,7 @@ impl Readiness {
 impl Search<'_> {
     /// Second derivatives of the Lagrangian at the trajectory, in the workspace.
     fn find_curvature(&mut self) {
-        let Self { problem, plan, work, scratch, .. } = self;
-        let (at, phi) = (plan.trajectory.points(), problem.phi);
-        work.hessian.clear();
-        problem.system.lagrangian_quadratics(at, phi, &plan.costates, &mut work.hessian, scratch);
+        find_curvature(self.problem, self.plan, self.work, self.scratch);
     }
 
     /// Halves what second derivatives add to Gauss-Newton's.

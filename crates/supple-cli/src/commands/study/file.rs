@@ -9,7 +9,7 @@ use clap::{Subcommand, ValueEnum};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use supple::FileError;
-use supple_file::{Document, Place, Reader, parse_document, read_text};
+use supple_file::{Document, Place, ReadError, Reader, parse_document, read_text};
 use supple_study::Source;
 
 use crate::arguments::{Format, Output, PlotOptions, StudyCommand, TaskArguments, texts};
@@ -179,7 +179,7 @@ impl Reading<'_> {
             verbose,
         };
         let output = Output { out: Some(tidy(&self.out.join(&name))), json: false };
-        let command = StudyCommand::read(&run, self.options(place, STEP_KEYS)?, (task, output));
+        let command = StudyCommand::read(&run, self.table(place)?.beside(STEP_KEYS), (task, output));
         let Some(command) = command else {
             let studies = StudyCommand::augment_subcommands(clap::Command::new(""));
             let studies: Vec<&str> = studies.get_subcommands().map(clap::Command::get_name).collect();
@@ -187,7 +187,7 @@ impl Reading<'_> {
             let help = supple_text::nearest(&run, &studies);
             return Err(FileError { help, ..self.error(place, "run", message) });
         };
-        let command = command.map_err(|error| self.document.read_error(&self.table(place), error))?;
+        let command = self.told(place, command)?;
         Ok(Step { output: name.clone(), name, command, place })
     }
 
@@ -220,8 +220,8 @@ impl Reading<'_> {
             let help = supple_text::nearest(unknown, steps);
             return Err(FileError { help, ..self.error(place, "from", message) });
         }
-        let options = PlotOptions::deserialize(self.options(place, FIGURE_KEYS)?);
-        let mut command = options.map_err(|error| self.document.read_error(&self.table(place), error))?;
+        let options = PlotOptions::deserialize(self.table(place)?.beside(FIGURE_KEYS));
+        let mut command = self.told(place, options)?;
         let format = command.format.unwrap_or(Format::Svg).to_possible_value();
         let output = format!("{FIGURES}/{name}.{}", format.as_ref().map_or("svg", |format| format.get_name()));
         command.folders = from.iter().map(|step| tidy(&self.out.join(step))).collect();
@@ -231,19 +231,19 @@ impl Reading<'_> {
 
     /// The keys that all tables of a list have.
     fn keys<T: DeserializeOwned>(&self, place: At, keys: &'static [&'static str]) -> Result<T, FileError> {
-        let table = self.reader(place)?;
-        T::deserialize(table.only(keys)).map_err(|error| self.document.read_error(&self.table(place), error))
+        self.told(place, T::deserialize(self.table(place)?.only(keys)))
     }
 
-    /// The other keys.
-    fn options(&self, place: At, keys: &'static [&'static str]) -> Result<Reader<'_>, FileError> {
-        Ok(self.reader(place)?.beside(keys))
+    /// What was read of a table, or the error with its line.
+    fn told<T>(&self, (list, index): At, read: Result<T, ReadError>) -> Result<T, FileError> {
+        read.map_err(|error| self.document.read_error(&[list.into(), index.into()], error))
     }
 
-    fn reader(&self, place: At) -> Result<Reader<'_>, FileError> {
-        let table = self.document.get(&self.table(place));
-        let missing = || self.document.error(&self.table(place), "is missing");
-        table.map(|table| self.document.reader(table)).ok_or_else(missing)
+    /// A table of a list.
+    fn table(&self, (list, index): At) -> Result<Reader<'_>, FileError> {
+        let at = [list.into(), index.into()];
+        let table = self.document.get(&at).ok_or_else(|| self.document.error(&at, "is missing"))?;
+        Ok(self.document.reader(table))
     }
 
     /// Every step needs a name of its own.
@@ -265,10 +265,6 @@ impl Reading<'_> {
             return Err(self.error(place, "name", message));
         }
         Ok(())
-    }
-
-    fn table(&self, (list, index): At) -> [Place<'static>; 2] {
-        [list.into(), index.into()]
     }
 
     fn at<'k>(&self, (list, index): At, key: &'k str) -> [Place<'k>; 3] {

@@ -39,7 +39,7 @@ pub(super) struct Build<'a> {
     joints: Vec<String>,
     frames: Vec<String>,
     locked: Locked,
-    /// Their names.
+    /// The joints that do not move on their own.
     dependent: Vec<DependentJoint>,
     inserted: Vec<Inserted>,
 }
@@ -302,7 +302,7 @@ impl Build<'_> {
                 .map_err(|unfit| self.unfit(&keys, unfit))?;
             for Rule { key, value, least, more, help } in read.rules() {
                 let checked = self.check(&[keys[0], keys[1], key.into()], value, least, more);
-                checked.map_err(|error| FileError { help: help.map(str::to_owned).or(error.help.clone()), ..error })?;
+                checked.map_err(|error| FileError { help: help.map(str::to_owned), ..error })?;
             }
             if let Some(dof) = (0..self.joints.len()).find(|&dof| read.is_motor_of(dof))
                 && let Some(other) = elements.iter().find(|other| other.kind.is_motor_of(dof))
