@@ -100,6 +100,10 @@ class DerivativeError(Record):
     second: float
     third: float
 
+    def _tolerance(self) -> float:
+        """The default tolerance of plans: errors of derivatives hide smaller residuals, which sum over the steps."""
+        return min(max(1e-12, 1e3 * self.first), 1e-9)
+
 
 #: First derivatives with a greater relative error are worth a warning.
 ROUGH = 1e-3
@@ -267,6 +271,7 @@ class Model:
             "tasks": [described],
             "planning": dict(planning or {}),
         }
+        is_default = "tolerance" not in plain["planning"]
 
         def made(system: dict[str, Any], error: DerivativeError) -> Task:
             described["doubts"] = [f"task `{name}`: {doubt}" for doubt in self._doubts(near, error)]
@@ -274,6 +279,8 @@ class Model:
                 LOGGER.warning("%s", doubt)
             # Roll-outs would call Python functions some hundred thousand times: they are made only on request.
             unasked = {"rollouts": 0} if system["kind"] == "callback" else {}
+            if is_default and error.first > 0.0:
+                plain["planning"]["tolerance"] = error._tolerance()
             text = json.dumps({**plain, "design": {**unasked, **(design or {})}})
             return describe.made({"plain": text, "systems": [system], "derivative_error": error})
 

@@ -233,3 +233,47 @@ def test_steps_are_not_so_short_that_nothing_seems_to_change() -> None:
     assert np.allclose(second, np.diag([10.0, 0.2, 0.02]), atol=1e-6)
     assert np.allclose(first, [-10.0, 0.0, 0.0], atol=1e-8)
     assert task.evaluate().tasks["task"].status == "converged"
+
+
+def test_errors_of_differences_do_not_keep_plans_within_bounds_from_converging() -> None:
+    """A planar rotor whose torque is at its bounds: differences hide residuals below some 1e-6, of a cost exact to 1e-12."""
+
+    def step(x: Any, u: Any, p: Any) -> Any:
+        _, _, angle, across, up, turn = np.moveaxis(x, -1, 0)
+        thrust = 9.81 * p.m + u[..., 0]
+        sides = [-thrust * np.sin(angle) / p.m, thrust * np.cos(angle) / p.m - 9.81, u[..., 1] / 0.05]
+        return x + 0.02 * np.stack([across, up, turn, *sides], -1)
+
+    def cost(x: Any, u: Any, p: Any) -> Any:
+        away = (x[..., 0] - 3.0) ** 2 + (x[..., 1] - 1.0) ** 2
+        return 0.002 * u[..., 0] ** 2 + 0.2 * u[..., 1] ** 2 + 0.02 * away
+
+    def final_cost(x: Any, p: Any) -> Any:
+        away = (x[..., 0] - 3.0) ** 2 + (x[..., 1] - 1.0) ** 2
+        return 100.0 * (away + x[..., 2] ** 2) + 10.0 * (x[..., 3:] ** 2).sum(-1)
+
+    model = supple.Model(
+        step=step,
+        observe=lambda x, p: x[..., :3],
+        cost=cost,
+        final_cost=final_cost,
+        parameters={"m": supple.Parameter(1.0, bounds=(0.5, 2.0))},
+        states=6,
+        controls=2,
+        measurements=3,
+        backend="numpy",
+    )
+    for share, expected in [(2.0, 10.155469356505), (0.5, 34.199146329840)]:
+        task = model.task(
+            name="fly",
+            steps=100,
+            time_step=0.02,
+            initial_state=[0.0] * 6,
+            initial_control=[0.0, 0.0],
+            control_bounds=[(-9.81, 5.0 * share), (-0.2 * share, 0.2 * share)],
+            noise=supple.Noise(initial=[1e-6] * 6, process=[0, 0, 0, 1e-6, 1e-6, 1e-6], measurement=[1e-4] * 3),
+        )
+        found = task.evaluate().tasks["fly"]
+        assert found.status == "converged"
+        # That of exact derivatives.
+        assert abs(found.cost.nominal / expected - 1.0) < 1e-10

@@ -111,6 +111,13 @@ pub fn best_plan(
     {
         candidates.plan(problem, task, phi, Start { fed_back: true, ..Start::of(&guess) }, state);
     }
+    // Limits that a much cheaper plan exceeds may be kept beside it.
+    if neighbour.is_none()
+        && task.system.constraints().is_some()
+        && let Some(controls) = candidates.far_cheaper().map(|plan| plan.trajectory.controls.clone())
+    {
+        candidates.plan(problem, task, phi, Start { narrowed: true, ..Start::of(&controls) }, state);
+    }
     match candidates.choose(task) {
         Ok(kept) => {
             state.plan = kept;
@@ -131,11 +138,13 @@ struct Start<'a> {
     margin: f64,
     /// Whether feedback is added to them if need be.
     fed_back: bool,
+    /// Whether its limits are narrowed step by step.
+    narrowed: bool,
 }
 
 impl<'a> Start<'a> {
     fn of(controls: &'a Matrices) -> Self {
-        Self { controls, patience: Patience::Full, before: 0, margin: 0.0, fed_back: false }
+        Self { controls, patience: Patience::Full, before: 0, margin: 0.0, fed_back: false, narrowed: false }
     }
 }
 
@@ -160,7 +169,8 @@ impl Candidates {
             self.error.get_or_insert(stopped);
             return;
         }
-        let asked = Asked { fed_back: start.fed_back, ..Asked::of(&problem.planning, start.patience) };
+        let Start { fed_back, narrowed, patience, .. } = start;
+        let asked = Asked { fed_back, narrowed, ..Asked::of(&problem.planning, patience) };
         if let Err(error) = state.plan_with(task.at(phi), asked, start.controls) {
             self.error.get_or_insert(error);
             return;
@@ -202,6 +212,12 @@ impl Candidates {
     /// The error, if there is no plan at all.
     fn failure(&self) -> Option<Error> {
         self.error.clone().filter(|_| self.converged.is_none() && self.other.is_none())
+    }
+
+    /// The plan that did not converge, or exceeds limits, if it costs far less than the best that does not.
+    fn far_cheaper(&self) -> Option<&Plan> {
+        let least = self.converged.as_ref().map_or(f64::INFINITY, |plan| plan.objective);
+        self.other.as_ref().filter(|other| other.objective < FAR_CHEAPER * least)
     }
 
     /// The plan to keep; it records the cost of a cheaper plan that did not converge.

@@ -106,6 +106,15 @@ pub enum Error {
         /// The first step at a limit.
         step: usize,
     },
+    /// A plan that is no strict minimum of its cost, so that it has no derivative.
+    #[error(
+        "the plan has no derivative: it is a saddle of the cost, as other controls from step {step} on cost less; start from \
+         another `initial_control`, or use the gradient `frozen`"
+    )]
+    Saddle {
+        /// The first step of the changes that lower the cost.
+        step: usize,
+    },
     /// An error of a computation in another process, with its message.
     #[error("{0}")]
     Elsewhere(String),

@@ -15,7 +15,7 @@ use crate::growth::stability;
 use crate::horizon::DespiteRounding;
 use crate::limited::LimitedNumber;
 use crate::pipeline::TaskState;
-use crate::plan::VALID_STATIONARITY;
+use crate::plan::{PlanStatus, VALID_STATIONARITY};
 use crate::problem::{Problem, Task, TaskAt, check_branches, check_rollouts};
 use crate::settings::InformationWeights;
 use crate::simulate::{MonteCarlo, Rollouts, World, monte_carlo, on_finer_steps};
@@ -157,12 +157,13 @@ fn evaluate_task(
         law_remark = remark;
     }
     Error::check_stop()?;
-    let gradient = gradients(problem, task.at(phi), (options, &information), state)?;
+    let (gradient, saddle) = gradients(problem, task.at(phi), (options, &information), state)?;
+    let status = if saddle.is_some() { PlanStatus::Indefinite } else { state.plan.status };
     Error::check_stop()?;
     let (cost, bound) = (state.cost.expected(), task.bound.map(|bound| bound.resolve(phi)));
     let feasibility = options.feasibility.unwrap_or(problem.design.feasibility);
     let predicted = Predicted {
-        status: state.plan.status,
+        status,
         cost,
         kept_limit: bound.filter(|_| meets(cost, bound, feasibility)),
         bits: information.total_bits,
@@ -173,7 +174,7 @@ fn evaluate_task(
     let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, substeps));
     Ok(TaskEvaluation {
         name: task.name.clone(),
-        status: state.plan.status,
+        status,
         iterations: state.plan.iterations,
         stationarity: state.plan.stationarity,
         relative_stationarity: state.plan.relative_stationarity,
@@ -183,7 +184,7 @@ fn evaluate_task(
         branches,
         limits_violated: violations(task.at(phi), state),
         limits_reached: limits_reached(task, phi, &state.plan),
-        warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [cheaper, law_remark]),
+        warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [cheaper, law_remark, saddle]),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
@@ -223,7 +224,7 @@ fn warnings(
     state: &TaskState,
     contacts: &[ContactReport],
     sampled: Option<&MonteCarlo>,
-    others: [Option<String>; 2],
+    others: [Option<String>; 3],
 ) -> Vec<String> {
     // A plan that is indefinite as noise would lower its cost has a law, and says so itself.
     let of_plan = if state.lowered().is_some() { Vec::new() } else { plan_warnings(task, phi, &state.plan) };
@@ -259,39 +260,31 @@ fn needed_gradient(task: TaskAt, information: &InformationReport, state: &mut Ta
 /// Relative difference between two computations of the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
 
-/// The gradients that are asked for, of a task with this information.
+/// The gradients that are asked for, of a task with this information; and, if the plan is a saddle of the cost, which has no
+/// total gradient, a warning.
 fn gradients(
     problem: &Problem,
     TaskAt { task, phi }: TaskAt,
     (options, information): (&EvaluateOptions, &InformationReport),
     state: &mut TaskState,
-) -> Result<Option<GradientReport>, Error> {
+) -> Result<(Option<GradientReport>, Option<String>), Error> {
     if !options.total_gradient && !options.frozen_gradient {
-        return Ok(None);
+        return Ok((None, None));
     }
     let named = |values: &[f64]| Named::new(&problem.parameters, values);
-    let mut report = GradientReport::default();
+    let (mut report, mut saddle) = (GradientReport::default(), None);
     if options.total_gradient {
-        let mut parts = [const { Vec::new() }; 5];
-        let functionals = [Functional::INFORMATION, Functional::BELIEF, Functional::PROCESS, Functional::INITIAL];
-        for (functional, out) in functionals.into_iter().zip(&mut parts) {
-            Error::check_stop()?;
-            state.total_gradient(task, phi, functional, out)?;
+        match total_gradients(problem, task.at(phi), information, state) {
+            Ok(total) => report.total = Some(total),
+            Err(Error::Saddle { step }) => {
+                saddle = Some(format!(
+                    "task `{}`: the plan is stationary, but a saddle: from step {step} on, other controls cost less. It has \
+                     no total gradient. Start from another `initial_control`, or look for others with `branches`",
+                    task.name
+                ));
+            }
+            Err(error) => return Err(error),
         }
-        state.nominal_gradient(task, phi, &mut parts[4])?;
-        let [measured, belief, process, initial, nominal] = parts;
-        let expected: Vec<f64> = (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
-        report.total = Some(TotalReport {
-            valid: state.plan.relative_stationarity <= VALID_STATIONARITY,
-            information_nats: named(&measured),
-            expected_cost: named(&expected),
-            nominal_cost: named(&nominal),
-            belief_cost: named(&belief),
-            process_cost: named(&process),
-            initial_cost: named(&initial),
-            used_nats: gradient_of(task.at(phi), InformationWeights::USED, state).map(|(_, used)| named(&used)),
-            needed_nats: needed_gradient(task.at(phi), information, state).map(|needed| named(&needed)),
-        });
     }
     if options.frozen_gradient {
         let mut frozen = FrozenGradient::default();
@@ -302,5 +295,36 @@ fn gradients(
             recursion_spectral_radius: recursion_radius(&state.plan.knots, &state.belief),
         });
     }
-    Ok(Some(report))
+    Ok((Some(report), saddle))
+}
+
+/// # Errors
+/// [`Error::Saddle`] if the plan is no strict minimum of the cost.
+fn total_gradients(
+    problem: &Problem,
+    TaskAt { task, phi }: TaskAt,
+    information: &InformationReport,
+    state: &mut TaskState,
+) -> Result<TotalReport, Error> {
+    let named = |values: &[f64]| Named::new(&problem.parameters, values);
+    let mut parts = [const { Vec::new() }; 5];
+    let functionals = [Functional::INFORMATION, Functional::BELIEF, Functional::PROCESS, Functional::INITIAL];
+    for (functional, out) in functionals.into_iter().zip(&mut parts) {
+        Error::check_stop()?;
+        state.total_gradient(task, phi, functional, out)?;
+    }
+    state.nominal_gradient(task, phi, &mut parts[4])?;
+    let [measured, belief, process, initial, nominal] = parts;
+    let expected: Vec<f64> = (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
+    Ok(TotalReport {
+        valid: state.plan.relative_stationarity <= VALID_STATIONARITY,
+        information_nats: named(&measured),
+        expected_cost: named(&expected),
+        nominal_cost: named(&nominal),
+        belief_cost: named(&belief),
+        process_cost: named(&process),
+        initial_cost: named(&initial),
+        used_nats: gradient_of(task.at(phi), InformationWeights::USED, state).map(|(_, used)| named(&used)),
+        needed_nats: needed_gradient(task.at(phi), information, state).map(|needed| named(&needed)),
+    })
 }

@@ -10,9 +10,6 @@ use supple_model::system::{Constraints, Curvature, System};
 use crate::Error;
 use crate::plan::Plan;
 
-/// What is not convex where a plan has no gradient.
-const HESSIAN: &str = "the Hessian of the nominal problem";
-
 /// Memory of the gradients.
 ///
 /// Example: [`total_gradient`](crate::gradient::total_gradient).
@@ -65,7 +62,7 @@ impl GradientWorkspace {
         let regularisation = Regularisation::default();
         let lq = Lq { dynamics, cost, regularisation, limits, with_value: false };
         solve_limited(lq, &mut self.policy).map_err(|error| match error {
-            lqg::Error::NotPositiveDefinite { step, .. } => Error::not_definite(HESSIAN, step),
+            lqg::Error::NotPositiveDefinite { step, .. } => Error::Saddle { step },
             error => error.into(),
         })?;
         solve_lq(dynamics, &self.policy, &mut self.variation, &mut self.costates);

@@ -13,6 +13,22 @@ pub(super) struct Augmented<'a> {
     pub multipliers: &'a Matrices,
     /// Penalties `rho`, q of them; none for the Lagrangian, with the curvature of the cost alone.
     pub penalties: Option<&'a [f64]>,
+    /// How far each limit is widened; empty for the given limits.
+    pub widened: &'a [f64],
+}
+
+/// How far the numbers of a system exceed limits that are widened, as [`Constraints::excesses_at`].
+pub(super) fn excesses_beyond(
+    (limits, widened): (&dyn Constraints, &[f64]),
+    (at, phi): (Points, &[f64]),
+    ends: usize,
+    scratch: &mut Scratch,
+) -> Matrices {
+    let mut excesses = limits.excesses_at(at, phi, ends, scratch);
+    for t in 0..excesses.count() {
+        excesses.vector_mut(t).iter_mut().zip(widened).for_each(|(excess, by)| *excess -= by);
+    }
+    excesses
 }
 
 /// The slope of what the augmented Lagrangian adds for an excess, `max(0, mu + rho e)`.
@@ -28,7 +44,7 @@ fn penalty(multiplier: f64, rho: f64, excess: f64) -> f64 {
 
 impl Augmented<'_> {
     fn excesses(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
-        self.limits.excesses_at(at, phi, self.multipliers.cols(), scratch)
+        excesses_beyond((self.limits, self.widened), (at, phi), self.multipliers.cols(), scratch)
     }
 
     /// What limits add to the cost of a trajectory.

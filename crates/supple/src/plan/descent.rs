@@ -8,7 +8,7 @@ use supple_lqg::Decrease;
 use super::{Plan, PlanSettings, PlanStatus};
 
 /// Stationarity above which no plan counts as stationary up to rounding.
-const NEARLY: f64 = 1e-6;
+const NEARLY: f64 = 1e-5;
 /// Maximum number of consecutive steps whose decrease is below rounding and that do not reduce the residual.
 const MOST_HIDDEN: usize = 3;
 /// Iterations between the milestones by which progress is judged.

@@ -51,6 +51,8 @@ pub(crate) struct Asked<'a> {
     pub patience: Patience,
     /// Whether feedback is added to the first guess if its cost overflows.
     pub fed_back: bool,
+    /// Whether limits are narrowed step by step, from where a plan without them is.
+    pub narrowed: bool,
     /// What a plan passes on whose controls are the first guess, if it is held at limits.
     pub held: Option<&'a Held>,
 }
@@ -58,7 +60,7 @@ pub(crate) struct Asked<'a> {
 impl<'a> Asked<'a> {
     /// A search from a first guess without feedback.
     pub fn of(settings: &'a PlanSettings, patience: Patience) -> Self {
-        Self { settings, patience, fed_back: false, held: None }
+        Self { settings, patience, fed_back: false, narrowed: false, held: None }
     }
 }
 

@@ -4,7 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_model::limits::LIMIT_TOLERANCE;
 use supple_model::system::{Constraints, RollOut, System};
 
-use super::augmented::Augmented;
+use super::augmented::{Augmented, excesses_beyond};
 use super::held::GROWTH;
 use super::nominal::search_free;
 use super::search::{Asked, Patience, minimise};
@@ -25,9 +25,17 @@ const ENOUGH: f64 = 0.2;
 const ENOUGH_CLOSE: f64 = 0.02;
 const CLOSE: f64 = 1e7;
 /// After so many rounds in a row that reduced excesses by less than half, limits cannot be kept from where the search is.
-const MOST_STUCK: usize = 3;
+const MOST_STUCK: usize = 6;
 /// Maximum number of penalty growths: beyond that, rounding hides the rest of the cost.
 const MOST_GROWTHS: usize = 9;
+/// The first step by which limits are narrowed, relative to how far a plan without them exceeds them; the factor from a step
+/// that succeeded to the next; the shortest one; and how many growths of penalties are kept from step to step.
+const FIRST_NARROWING: f64 = 0.5;
+const LONGER_NARROWING: f64 = 1.5;
+const LEAST_NARROWING: f64 = 1.0 / 64.0;
+const MOST_GROWN: usize = 4;
+/// Tolerance of plans within limits that are still to be narrowed.
+const LOOSE: f64 = 1e-4;
 /// Distance from a limit, relative to it, within which a guess counts as being at that limit.
 const NEAR: f64 = 0.05;
 /// The share of a limit's tolerance to which plans are solved.
@@ -133,7 +141,11 @@ pub(crate) fn search(
         }
         return Ok(());
     }
-    Rounds::from_free(problem, limits, bounds, plan, scratch).run(asked.settings, &guess, plan, work, scratch)
+    let rounds = Rounds::from_free(problem, limits, bounds, plan, scratch);
+    match asked.narrowed {
+        true => rounds.narrow(asked.settings, plan, work, scratch),
+        false => rounds.run(asked.settings, &guess, plan, work, scratch),
+    }
 }
 
 /// Whether the first state, which no plan can change, exceeds a limit.
@@ -158,6 +170,8 @@ struct Rounds<'a> {
     /// How far beyond each end a number may be.
     tolerances: Vec<f64>,
     penalties: Vec<f64>,
+    /// How far limits are widened for now; empty for not at all.
+    widened: Vec<f64>,
     /// How often penalties grew.
     growths: usize,
     /// Iterations so far.
@@ -169,8 +183,9 @@ impl<'a> Rounds<'a> {
     /// Rounds without penalties.
     fn of(problem: NominalProblem<'a>, limits: &'a dyn Constraints, bounds: Vec<f64>) -> Self {
         let tolerances = bounds.iter().map(|bound| SHARE * LIMIT_TOLERANCE * (1.0 + bound.abs())).collect();
-        let (penalties, growths) = (Vec::new(), 0);
-        Self { problem, limits, bounds, cost: 0.0, tolerances, penalties, growths, iterations: 0, regularised: 0 }
+        let (penalties, widened, growths) = (Vec::new(), Vec::new(), 0);
+        let (iterations, regularised) = (0, 0);
+        Self { problem, limits, bounds, cost: 0.0, tolerances, penalties, widened, growths, iterations, regularised }
     }
 
     /// Rounds that start from a plan without limits.
@@ -231,7 +246,8 @@ impl<'a> Rounds<'a> {
     }
 
     fn excesses(&self, plan: &Plan, scratch: &mut Scratch) -> Matrices {
-        self.limits.excesses_at(plan.trajectory.points(), self.problem.phi, self.bounds.len(), scratch)
+        let at = (plan.trajectory.points(), self.problem.phi);
+        excesses_beyond((self.limits, &self.widened), at, self.bounds.len(), scratch)
     }
 
     /// How far the plan is from meeting its limits, and its multipliers from being 0 where limits are inactive, in
@@ -285,6 +301,57 @@ impl<'a> Rounds<'a> {
             }
         }
         self.finish((plan, settings), status, scratch)
+    }
+
+    /// Rounds from the plan without limits, within limits that begin where it is, and are narrowed to the given ones step by
+    /// step: less far where they could not be kept.
+    fn narrow(
+        mut self,
+        settings: &PlanSettings,
+        plan: &mut Plan,
+        work: &mut PlanWorkspace,
+        scratch: &mut Scratch,
+    ) -> Result<(), Error> {
+        let excesses = self.excesses(plan, scratch);
+        let most = |end| (0..excesses.count()).map(|t| excesses.vector(t)[end]).fold(0.0, f64::max);
+        let widest: Vec<f64> = (0..self.bounds.len()).map(most).collect();
+        let loose = settings.to_tolerance(settings.tolerance.max(LOOSE));
+        let free = self.iterations;
+        let mut status = PlanStatus::LimitsExceeded;
+        let (mut share, mut step) = (1.0, FIRST_NARROWING);
+        while share > 0.0 && step >= LEAST_NARROWING {
+            let controls = plan.trajectory.controls.clone();
+            let (multipliers, penalties, growths) = (plan.multipliers.clone(), self.penalties.clone(), self.growths);
+            let next: f64 = if step < share { share - step } else { 0.0 };
+            self.widened = widest.iter().map(|widest| next * widest).collect();
+            let settings = if next > 0.0 { &loose } else { settings };
+            let missed = self.missed(plan, scratch);
+            status = self.rounds(settings, (missed, FIRST_TOLERANCE, Patience::Close), plan, work, scratch);
+            let is_late = status == PlanStatus::TimeLimit || self.iterations - free > settings.max_iterations;
+            if status.is_converged() && self.is_kept(plan, scratch) {
+                (share, step) = (next, step * LONGER_NARROWING);
+                self.soften(MOST_GROWN);
+            } else if !is_late {
+                step *= 0.5;
+                plan.trajectory.controls = controls;
+                (plan.multipliers, self.penalties, self.growths) = (multipliers, penalties, growths);
+                self.problem.system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
+            }
+            if is_late {
+                break;
+            }
+        }
+        self.widened.clear();
+        let status = if share > 0.0 && status.is_converged() { PlanStatus::LimitsExceeded } else { status };
+        self.finish((plan, settings), status, scratch)
+    }
+
+    /// Takes back all but so many growths of the penalties.
+    fn soften(&mut self, growths: usize) {
+        while self.growths > growths {
+            self.growths -= 1;
+            self.penalties.iter_mut().for_each(|rho| *rho /= GROWTH);
+        }
     }
 
     /// Rounds until limits are kept and the plan is stationary, or what ended them, given by how much they were missed before.
@@ -374,7 +441,13 @@ impl<'a> Rounds<'a> {
     }
 
     fn augmented<'b>(&'b self, multipliers: &'b Matrices) -> Augmented<'b> {
-        Augmented { system: self.problem.system, limits: self.limits, multipliers, penalties: Some(&self.penalties) }
+        Augmented {
+            system: self.problem.system,
+            limits: self.limits,
+            multipliers,
+            penalties: Some(&self.penalties),
+            widened: &self.widened,
+        }
     }
 
     /// One round, given how much limits are missed before: minimises the augmented Lagrangian, and takes its slopes as the
@@ -416,7 +489,8 @@ impl<'a> Rounds<'a> {
         (plan.iterations, plan.regularised) = (self.iterations, self.regularised);
         plan.passed_over = None;
         let multipliers = std::mem::replace(&mut plan.multipliers, Matrices::vectors(0, 0));
-        let system = Augmented { system: problem.system, limits, multipliers: &multipliers, penalties: None };
+        let system =
+            Augmented { system: problem.system, limits, multipliers: &multipliers, penalties: None, widened: &[] };
         let status = if status.is_converged() && !kept { PlanStatus::LimitsExceeded } else { status };
         let finished =
             finish((NominalProblem { system: &system, ..problem }, settings.curvature), plan, status, scratch)

@@ -355,6 +355,22 @@ fn a_pole_that_hangs_still_is_swung_up() {
     }
 }
 
+/// From the controls of hanging still, which are stationary, the plan stays there: a saddle of the cost, which has no total
+/// gradient. The rest of the result is there, and says so.
+#[test]
+fn a_saddle_has_no_total_gradient() {
+    let problem = cartpole("\"q.th\" = 3.141592653589793\n", "weight = 1.0\nfinal_weight = 1000.0").problem();
+    let controls = Some(vec![Matrices::vectors(problem.tasks[0].steps, 1)]);
+    let options = EvaluateOptions { total_gradient: true, frozen_gradient: true, ..EvaluateOptions::default() };
+    let found = problem.evaluate(&[], &EvaluateOptions { controls, ..options.clone() }).unwrap().tasks.remove(0);
+    assert_eq!(found.status, PlanStatus::Indefinite);
+    let gradient = found.gradient.unwrap();
+    assert!(gradient.total.is_none() && gradient.frozen.is_some());
+    assert!(found.warnings.iter().any(|warning| warning.contains("a saddle: from step")), "{:?}", found.warnings);
+    let free = problem.evaluate(&[], &options).unwrap().tasks.remove(0);
+    assert!(free.status.is_converged() && free.gradient.unwrap().total.is_some());
+}
+
 /// The plan at a design is the same whatever was planned before, and no costlier for a neighbour's plan to start from.
 #[test]
 fn plans_do_not_depend_on_what_was_planned_before() {
@@ -373,24 +389,43 @@ fn plans_do_not_depend_on_what_was_planned_before() {
     assert!(used.cost.expected() <= alone * (1.0 + 1e-9), "{} {alone}", used.cost.expected());
 }
 
-/// A pole that hangs on a cart with little force and a short rail: to swing it up from no force takes another guess. Branches
-/// from a guess of nothing went nowhere, as multiples of nothing are nothing.
-#[test]
-fn branches_from_no_force_find_the_swing_up() {
-    let problem = Description {
+/// A pole that hangs on a cart with little force, on a rail that ends at a distance to each side.
+fn on_a_rail(guess: &str, end: f64) -> Problem {
+    let rail = format!("select = [\"x\"]\nlower = -{end}\nupper = {end}\nenforce = true\n");
+    Description {
         model: "file = \"rail.xml\"\nsubsteps = 4\n[model.links.pole]\nmass = 0.3\n".into(),
         sensors: sensor("joint_position", "variance = 1e-4"),
         steps: 120,
-        time_step: "0.025\nenforce_effort_limits = true\ninitial_control = [0.0]".into(),
+        time_step: format!("0.025\nenforce_effort_limits = true\n{guess}"),
         start: String::new(),
         noise: "initial = { \"*\" = 1e-6 }\nprocess = { \"v.*\" = 1e-5 }\n".into(),
         costs: cost("frame_point", "frame = \"tip\"\ntarget = [0.0, 0.0, 0.8]\nweight = 0.05\nfinal_weight = 200.0")
             + &cost("joint_velocity", "weight = 0.001\nfinal_weight = 10.0")
             + &cost("control", "weight = 0.001")
-            + "[[tasks.limits]]\nkind = \"joint_position\"\nselect = [\"x\"]\nlower = -0.4\nupper = 0.4\nenforce = true\n",
+            + &format!("[[tasks.limits]]\nkind = \"joint_position\"\n{rail}"),
         ..arm()
     }
-    .problem();
+    .problem()
+}
+
+/// A swing-up that needs a longer rail costs far less than to hang: limits that are narrowed step by step lead from one to one
+/// that keeps them.
+#[test]
+fn a_swing_up_is_found_on_a_short_rail() {
+    for (end, most) in [(0.3, 14.5), (0.25, 14.5), (0.2, 50.0)] {
+        let found = evaluate(&on_a_rail("", end));
+        assert!(found.status.is_converged() && found.warnings.is_empty(), "{end}: {:?}", found.warnings);
+        // To hang costs 527.
+        assert!(found.cost.expected < most, "{end}: {}", found.cost.expected);
+        assert!(found.limits_violated.is_empty() && !found.limits_reached.is_empty());
+    }
+}
+
+/// To swing it up from no force takes another guess. Branches from a guess of nothing went nowhere, as multiples of nothing
+/// are nothing.
+#[test]
+fn branches_from_no_force_find_the_swing_up() {
+    let problem = on_a_rail("initial_control = [0.0]", 0.4);
     let options = EvaluateOptions { branches: 16, ..EvaluateOptions::default() };
     let found = problem.evaluate(&[], &options).unwrap().tasks.remove(0);
     assert!(found.status.is_converged() && found.cost.expected < 15.0, "{}", found.cost.expected);
