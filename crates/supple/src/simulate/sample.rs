@@ -1,11 +1,39 @@
+use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 use supple_lqg::Noise;
+use supple_model::or_nan;
 
-use super::{ClosedLoop, LoopSetting, NoiseFactors, Record, Sample, Truth, World};
+use super::closed_loop::{ClosedLoop, Record};
+use super::factors::NoiseFactors;
+use super::setting::LoopSetting;
+use super::truth::{Truth, World};
 use crate::Error;
 use crate::controller::Controller;
 use crate::plan::Plan;
 use crate::problem::Task;
+
+/// One closed-loop run, up to the step where it diverges, if it does.
+///
+/// Example: [`Evaluation`](crate::Evaluation).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Seed of its noise.
+    pub seed: u64,
+    /// True states, one row per time.
+    pub states: Vec<Vec<f64>>,
+    /// Estimates of the filter after each measurement, one row per time.
+    pub estimates: Vec<Vec<f64>>,
+    /// Standard deviations that the filter gives them.
+    pub deviations: Vec<Vec<f64>>,
+    /// Controls, one row per step.
+    pub controls: Vec<Vec<f64>>,
+    /// What was measured, one row per time; empty in results of versions that did not keep it.
+    #[serde(default)]
+    pub measurements: Vec<Vec<f64>>,
+    /// Its cost; infinite where it diverged.
+    #[serde(deserialize_with = "or_nan")]
+    pub cost: f64,
+}
 
 /// The first sample of those of [`monte_carlo`](super::monte_carlo), as it runs.
 ///
