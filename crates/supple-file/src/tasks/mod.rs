@@ -1,6 +1,5 @@
 mod noise;
-
-use std::collections::BTreeMap;
+mod reader;
 
 use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -9,18 +8,19 @@ use supple::plan::{PlanMode, bounds_of};
 use supple_lqg::{ControlBounds, Dimensions};
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
-use supple_model::document::{Content, Document, Place, Spanned, Unfit};
+use supple_model::document::{Content, Document, Place, Spanned};
 use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::noise::NoiseModel;
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
-use supple_text::{FileError, digits, quoted, significant};
+use supple_text::{FileError, digits, significant};
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
 use crate::followed;
-use crate::rows::{Guess, Rows, by_name};
+use crate::rows::{Guess, Rows};
 use noise::NoiseFile;
+use reader::Reader;
 
 /// Reads a count of at least 1. 0 is refused later, when the maximum is known.
 fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
@@ -227,25 +227,7 @@ pub(super) fn read(
     Ok((tasks, warnings))
 }
 
-/// Reads one task.
-pub(super) struct Reader<'a> {
-    pub(super) document: &'a Document<'a>,
-    pub(super) index: usize,
-    pub(super) parameters: &'a Parameters,
-    kinds: &'a Kinds,
-}
-
 impl Reader<'_> {
-    /// The error of what does not fit in the task.
-    fn unfit(&self, unfit: Unfit) -> FileError {
-        unfit.at(self.document, &["tasks".into(), self.index.into()])
-    }
-
-    pub(super) fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
-        let at: Vec<Place> = ["tasks".into(), self.index.into()].into_iter().chain(keys.iter().copied()).collect();
-        self.document.error(&at, message)
-    }
-
     fn read(&self, model: &dyn AnyModel) -> Result<Task, FileError> {
         let size = model.dimensions();
         let file: TaskFile = self.document.read(&["tasks".into(), self.index.into()])?;
@@ -337,20 +319,5 @@ impl Reader<'_> {
             cost::read(kind, table, self.document.spot(&at), context, &self.kinds.norms)
         };
         (0..count).map(read).collect()
-    }
-
-    /// Numbers by the names of states.
-    pub(super) fn named(
-        &self,
-        keys: &[Place],
-        given: &BTreeMap<String, Value>,
-        states: &[String],
-    ) -> Result<Vec<Value>, FileError> {
-        by_name(given, states).map_err(|(key, help)| {
-            let keys: Vec<Place> = keys.iter().copied().chain([Place::Key(&key)]).collect();
-            let fits = if key.contains('*') { "fits" } else { "is" };
-            let message = format!("no state {fits} `{key}`; states: {}", quoted(states));
-            FileError { help, ..self.error(&keys, message) }
-        })
     }
 }
