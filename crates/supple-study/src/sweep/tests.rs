@@ -6,7 +6,7 @@ use supple::Problem;
 use supple::Stop;
 
 use super::*;
-use crate::{Cell, Progress, Silent};
+use crate::{Cell, Progress, Silent, Table};
 
 /// Nobody looks, and nobody stops.
 pub const RUNNING: Watch = Watch { progress: &Silent, stop: Stop::never() };

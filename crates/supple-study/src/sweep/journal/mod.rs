@@ -1,7 +1,5 @@
 //! The journal of a sweep: the rows that are done, and what its segments need to go on.
 
-pub(super) mod codec;
-
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -10,6 +8,7 @@ use redb::{ReadTransaction, ReadableTable, TableDefinition, WriteTransaction};
 use supple::parameters::Scale;
 
 use super::axis::Axis;
+use super::codec;
 use super::done::{Done, Started};
 use super::grid::Grid;
 use super::options::SweepOptions;
