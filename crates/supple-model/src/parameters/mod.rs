@@ -31,10 +31,12 @@ use crate::{ParameterHandle, Value, ValueError, is_name};
 mod error;
 mod named;
 mod price;
+mod prices;
 
 pub use error::ParameterError;
 pub use named::Named;
-pub use price::{Price, PriceError, PriceReport};
+pub use price::{Price, PriceError};
+pub use prices::PriceReport;
 
 /// A named number that tasks and designs may change.
 ///
