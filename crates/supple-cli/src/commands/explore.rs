@@ -3,9 +3,9 @@ use std::path::PathBuf;
 use supple_explore::Explorer;
 use supple_study::{Folder, LoadedTask, StudyResult};
 
-use crate::Outcome;
 use crate::arguments::{ExploreOptions, set};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{note, print_text, warn};
 use crate::progress::end_when_asked;
 

@@ -3,7 +3,7 @@ use std::process::{Command, Stdio};
 use clap::ValueEnum;
 use supple_study::{Folder, StudyResult};
 
-use crate::Outcome;
+use crate::outcome::Outcome;
 use crate::arguments::{AtArgument, ValidateOptions};
 use crate::failure::Failure;
 
