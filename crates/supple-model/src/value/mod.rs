@@ -47,12 +47,12 @@ impl Value {
         }
     }
 
-    /// The derivative by each parameter that it depends on: the parameter's index, and the slope at `phi`.
+    /// The derivative by each parameter that it depends on: the parameter, and the slope at `phi`.
     #[must_use]
-    pub fn slopes(self, phi: &[f64]) -> Vec<(usize, f64)> {
+    pub fn slopes(self, phi: &[f64]) -> Vec<(ParameterHandle, f64)> {
         match self {
             Self::Number(_) => Vec::new(),
-            Self::Parameter(parameter) => vec![(parameter.index(), 1.0)],
+            Self::Parameter(parameter) => vec![(parameter, 1.0)],
             Self::Expression(expression) => expression.slopes(phi),
         }
     }
@@ -61,9 +61,9 @@ impl Value {
     pub fn add_gradient(self, phi: &[f64], weight: f64, out: &mut [f64]) {
         match self {
             Self::Number(_) => {}
-            Self::Parameter(parameter) => out[parameter.index()] += weight,
+            Self::Parameter(parameter) => out[parameter] += weight,
             Self::Expression(_) => {
-                self.slopes(phi).into_iter().for_each(|(index, slope)| out[index] += weight * slope);
+                self.slopes(phi).into_iter().for_each(|(parameter, slope)| out[parameter] += weight * slope);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use supple::ParameterHandle;
 use supple::Problem;
 use supple::Stop;
 
@@ -106,7 +107,7 @@ fn designs_hold_the_parameters_on_axes() {
     let table = run(&task, &options, None, RUNNING).unwrap().table;
     assert_eq!(table.numbers("k1").unwrap(), [300.0, 500.0]);
     let mut held = super::tests::task();
-    held.problem.parameters = held.problem.parameters.held(&[0]);
+    held.problem.parameters = held.problem.parameters.held([ParameterHandle::at(0)]);
     for (point, k1) in [300.0, 500.0].into_iter().enumerate() {
         let settings = supple::design::DesignSettings { starts: 2, seed: 1, ..held.problem.design.clone() };
         let control = supple::design::Control { observer: &supple::design::NoObserver, stop: Stop::never() };
