@@ -19,7 +19,7 @@ fn load(text: &str) -> LoadedTask {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("task.toml");
     std::fs::write(&path, text).unwrap();
-    LoadedTask::load(&path, &[]).unwrap()
+    LoadedTask::load(&path).unwrap()
 }
 
 fn study(task: &LoadedTask, designs: &str, vary: &str, rollouts: usize) -> Result<Robustness, StudyError> {

@@ -43,7 +43,7 @@ impl TaskArguments {
     }
 
     fn read_from(&self, from: Option<&Path>) -> Result<LoadedTask, Failure> {
-        let mut loaded = LoadedTask::load(&self.task, &[])?;
+        let mut loaded = LoadedTask::load(&self.task)?;
         if let Some(from) = from {
             let folder = Folder::load(from)?;
             let at = |error: StudyError| Failure::usage(format!("--from {}: {error}", from.display()));

@@ -241,11 +241,11 @@ impl Reader<'_> {
         let of_model = if file.enforce_effort_limits { model.limits() } else { Vec::new() };
         let mut without = followed.clone();
         let boxed: Vec<_> = without.iter_mut().flat_map(Followed::take_control_bounds).collect();
-        let mut control_bounds = bounds_of(&of_model, &boxed, size.controls);
+        let mut control_bounds = bounds_of(of_model.iter().chain(&boxed), size.controls);
         // Bounds that exclude one another remain limits: the plan then reports which of them it exceeds.
         match control_bounds.as_ref().is_none_or(ControlBounds::can_be_kept) {
             true => followed = without,
-            false => control_bounds = bounds_of(&of_model, &[], size.controls),
+            false => control_bounds = bounds_of(&of_model, size.controls),
         }
         let efforts = Followed::efforts(&vocabulary).map_err(|unfit| self.error(&[], unfit.to_string()))?;
         let efforts = efforts.map(|efforts| Followed { enforced: file.enforce_effort_limits, ..efforts });
@@ -278,7 +278,7 @@ impl Reader<'_> {
             None => Vec::new(),
         };
         let system = model.system((costs, followed), file.time_step, self.parameters.len());
-        if file.enforce_effort_limits && bounds_of(&of_model, &[], size.controls).is_none() && !limits_efforts {
+        if file.enforce_effort_limits && bounds_of(&of_model, size.controls).is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
         }

@@ -145,7 +145,7 @@ fn restore(folder: &Folder) -> Result<LoadedTask, StudyError> {
                        `result.controller()` of the result of `task.design()` or `task.evaluate()`";
         return Err(wrong(folder, message));
     }
-    LoadedTask::restore(sources, &[])
+    LoadedTask::restore(sources)
 }
 
 /// That a result is not one that a controller can be taken from.

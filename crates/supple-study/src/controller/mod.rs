@@ -22,7 +22,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
 //! let result = work.run(&task, None, Watch::default())?;
 //! let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };

@@ -19,7 +19,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let options = SensorsOptions {
 //!     count: Some(1),
 //!     goal: SensorGoal::Information,

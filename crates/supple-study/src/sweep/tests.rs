@@ -37,7 +37,7 @@ impl Progress for StopAfter {
 
 /// A shipped task with parameters of both roles.
 pub fn task() -> LoadedTask {
-    LoadedTask::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass.toml"), &[]).unwrap()
+    LoadedTask::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass.toml")).unwrap()
 }
 
 /// A plain sweep over axes.

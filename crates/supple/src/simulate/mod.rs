@@ -26,7 +26,7 @@ pub(crate) use closed_loop::{BATCH, ClosedLoop, Record, in_batches};
 pub use ekf::FilterBatch;
 pub(crate) use factors::NoiseFactors;
 pub(crate) use finer::on_finer_steps;
-pub use sample::{Sample, sample, sample_number};
+pub use sample::{Sample, SampleId, sample, sample_number};
 pub(crate) use setting::LoopSetting;
 pub use statistics::{Consistency, Estimate, FinerSteps, MonteCarlo, TouchShare};
 pub use student::{half_width_95, student_quantile, student_tails};
@@ -63,7 +63,8 @@ impl<'a> Worlds<'a> {
 ///
 /// ```
 /// use supple::pipeline::TaskState;
-/// use supple::simulate::{Rollouts, World, Worlds, monte_carlo, sample, sample_number, sampled_costs};
+/// use supple::simulate::{Rollouts, SampleId, World, Worlds};
+/// use supple::simulate::{monte_carlo, sample, sample_number, sampled_costs};
 /// # let task = r#"
 /// #     model = { kind = "linear", A = [[1.0, 0.1], [0.1, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0]] }
 /// #     parameters.variance = { initial = 1e-4, bounds = [1e-6, 1e-2], scale = "log", unit = "m^2" }
@@ -90,7 +91,8 @@ impl<'a> Worlds<'a> {
 ///
 /// // The first run by itself, and the costs of all.
 /// let run = sample(task, &phi, &state.plan, &state.noise, 1)?;
-/// assert_eq!(sample_number(task, &phi, &state.plan, &state.noise, (1, 0))?, run);
+/// let first = SampleId { seed: 1, number: 0 };
+/// assert_eq!(sample_number(task, &phi, &state.plan, &state.noise, first)?, run);
 /// let worlds = Worlds::same(World { phi: &phi, noise: &state.noise });
 /// assert_eq!(sampled_costs(task, &state.plan, worlds, rollouts)?.len(), 200);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -35,6 +35,17 @@ pub struct Sample {
     pub cost: f64,
 }
 
+/// Which of the samples of a seed: sample i draws from stream i.
+///
+/// Example: [`monte_carlo`](super::monte_carlo).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleId {
+    /// The seed.
+    pub seed: u64,
+    /// Its number, from 0.
+    pub number: u64,
+}
+
 /// The first sample of those of [`monte_carlo`](super::monte_carlo), as it runs.
 ///
 /// # Errors
@@ -42,23 +53,17 @@ pub struct Sample {
 ///
 /// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 pub fn sample(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise, seed: u64) -> Result<Sample, Error> {
-    sample_number(task, phi, plan, noise, (seed, 0))
+    sample_number(task, phi, plan, noise, SampleId { seed, number: 0 })
 }
 
-/// The sample with this number, from 0, of those of [`monte_carlo`](super::monte_carlo), as it runs.
+/// This sample of those of [`monte_carlo`](super::monte_carlo), as it runs.
 ///
 /// # Errors
 /// Where a covariance is indefinite.
 ///
 /// Example: [`monte_carlo`](crate::simulate::monte_carlo).
-pub fn sample_number(
-    task: &Task,
-    phi: &[f64],
-    plan: &Plan,
-    noise: &Noise,
-    number: (u64, u64),
-) -> Result<Sample, Error> {
-    sample_of(task, (plan, None), World { phi, noise }, number)
+pub fn sample_number(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise, which: SampleId) -> Result<Sample, Error> {
+    sample_of(task, (plan, None), World { phi, noise }, which)
 }
 
 /// A sample of a plan, with the extended filter or a controller's filter.
@@ -66,7 +71,7 @@ pub(super) fn sample_of(
     task: &Task,
     (plan, along): (&Plan, Option<&Controller>),
     world: World,
-    (seed, number): (u64, u64),
+    SampleId { seed, number }: SampleId,
 ) -> Result<Sample, Error> {
     let phi = world.phi;
     let noise = world.fixed_noise(task)?;

@@ -220,7 +220,7 @@ pub struct DryFriction<S> {
 }
 
 impl<S: Scalar> Own<'_, S> {
-    /// The resistance of a spring and damper acting on a weighted sum of positions.
+    /// The resistance of a spring and damper acting on a weighted sum of positions: their indices, each with its weight.
     #[must_use]
     pub fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
         let mut row = vec![S::zero(); self.positions().len()];

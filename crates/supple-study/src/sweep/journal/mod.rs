@@ -123,7 +123,7 @@ pub(super) fn rows(journal: &Journal) -> Result<Vec<Vec<Cell>>, StudyError> {
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
 /// let folder = tempfile::tempdir()?;
 /// let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
