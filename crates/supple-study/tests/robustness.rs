@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use supple::parameters::Scale;
 use supple::{EvaluateOptions, Stop};
-use supple_study::robustness::{DesignChoice, PlannedFor, RobustCell, Robustness, RobustnessOptions, run};
+use supple_study::robustness::{Comparison, DesignChoice, PlannedFor, RobustCell, Robustness, RobustnessOptions, run};
 use supple_study::sweep::Axis;
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
 
@@ -108,6 +108,14 @@ fn all_designs_see_the_same_random_numbers() {
         |design| cell(&found, design, PlannedFor::Nominal, 1).mean - cell(&found, design, PlannedFor::Nominal, 0).mean;
     assert!((first.growth.difference - (growth(2) - growth(0))).abs() < 1e-9, "{first:?}");
     assert!((first.growths[0] - growth(2)).abs() < 1e-9 && first.growth.p_value > 0.0 && first.growth.p_value < 1.0);
+    // In results, the numbers of the test are keys of the comparison, also where roll-outs diverged.
+    let kept = serde_json::to_value(first).unwrap();
+    assert_eq!((&kept["p_value"], kept.get("growth")), (&first.growth.p_value.into(), None));
+    let mut diverged = first.clone();
+    (diverged.growth.difference, diverged.growth.interval_95) = (f64::NAN, [f64::NAN; 2]);
+    let read: Comparison = serde_json::from_str(&serde_json::to_string(&diverged).unwrap()).unwrap();
+    assert!(read.growth.difference.is_nan() && read.growth.interval_95[1].is_nan());
+    assert_eq!((read.growth.p_value, read.at_greatest), (first.growth.p_value, first.at_greatest));
     let same = study(&task, "twin=k1:500,start", "wall_variance=1e-5,1e-3", 5).unwrap();
     let same = &same.comparisons[0];
     assert_eq!((same.growth.difference, same.growth.p_value, same.at_greatest.p_value), (0.0, 1.0, 1.0));
