@@ -209,7 +209,7 @@ fn served() -> &'static (u16, String) {
         let text = std::fs::read(home().join("../tasks/two_mass_small.toml")).expect("the shipped task is read");
         let path = write("page/task.toml", &text);
         std::env::set_current_dir(folder().path()).expect("the folder is there");
-        let task = LoadedTask::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let task = LoadedTask::load(&path).unwrap_or_else(|error| panic!("{error}"));
         let explorer = Explorer::open(task, None, None).unwrap_or_else(|error| panic!("{error}"));
         let address = explorer.address();
         let (host, token) = address.rsplit_once("/?token=").expect("the address has a token");

@@ -60,7 +60,7 @@ impl Progress for StopSoon {
 /// The journal of a study that was interrupted.
 fn interrupted() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
-    let task = LoadedTask::load(&home().join("../tasks/two_mass_small.toml"), &[]).unwrap();
+    let task = LoadedTask::load(&home().join("../tasks/two_mass_small.toml")).unwrap();
     let soon = StopSoon::default();
     let watch = Watch { progress: &soon, stop: Stop::when(&soon.0) };
     let options = ParetoOptions { points: 4, starts: 1, seed: 0 };

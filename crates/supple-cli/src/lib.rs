@@ -7,6 +7,7 @@ mod commands;
 mod contacts;
 mod failure;
 mod informations;
+mod outcome;
 mod output;
 mod pages;
 mod present;
@@ -20,22 +21,7 @@ use std::process::ExitCode;
 
 use arguments::{Arguments, Command};
 use failure::Failure;
-
-/// How a command that computed something ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Outcome {
-    /// Success.
-    Success,
-    /// Computed, but something did not converge or a bound is not met.
-    Shortfall,
-}
-
-impl Outcome {
-    /// The combined outcome of two operations.
-    fn and(self, other: Self) -> Self {
-        if self == Self::Success { other } else { self }
-    }
-}
+use outcome::Outcome;
 
 /// Runs the program with the arguments of the process.
 #[must_use]

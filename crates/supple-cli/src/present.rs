@@ -2,8 +2,8 @@ use std::path::Path;
 
 use supple_study::{About, NotFinite, StudyResult};
 
-use crate::Outcome;
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, warn};
 use crate::pages::result_page;
 

@@ -11,6 +11,13 @@ pub(crate) use supple_text::tabular as number;
 /// A table as text, no wider than the terminal: columns that do not fit follow below, each time with the first column.
 pub(crate) struct Rows(Table);
 
+impl Rows {
+    /// Its lines, without blanks at their ends.
+    pub fn trimmed(&self) -> String {
+        self.to_string().lines().map(|line| format!("{}\n", line.trim_end())).collect()
+    }
+}
+
 impl Deref for Rows {
     type Target = Table;
 

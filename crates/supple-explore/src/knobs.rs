@@ -290,7 +290,7 @@ mod tests {
         let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         let mut seen = std::collections::BTreeSet::new();
         for file in files.filter(|path| path.extension().is_some_and(|ending| ending == "toml")) {
-            let loaded = LoadedTask::load(&file, &[]).unwrap();
+            let loaded = LoadedTask::load(&file).unwrap();
             seen.extend(knobs(&loaded).into_iter().map(|knob| knob.unit));
             for task in &loaded.problem.tasks {
                 seen.extend(quantities(task, &loaded.phi).into_iter().map(|quantity| quantity.unit));

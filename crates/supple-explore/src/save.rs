@@ -128,7 +128,7 @@ impl OnScreen<'_> {
             return Ok(LoadedTask { phi, ..self.loaded.clone() });
         }
         let kinds = self.loaded.kinds.clone();
-        LoadedTask::restore_with(&self.sources(self.task_text()?), &[], kinds).map_err(|error| error.to_string())
+        LoadedTask::restore_with(&self.sources(self.task_text()?), kinds).map_err(|error| error.to_string())
     }
 
     /// The files of the task, with another text of the task file.

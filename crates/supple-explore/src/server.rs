@@ -294,7 +294,7 @@ impl State {
             return respond(request, 409, PLAIN, "a stored result is shown: there is no file to read again\n");
         };
         let kinds = self.shown.read().unwrap_or_else(PoisonError::into_inner).loaded.kinds.clone();
-        match LoadedTask::load_with(file, &[], kinds) {
+        match LoadedTask::load_with(file, kinds) {
             Err(error) => respond(request, 422, PLAIN, &format!("{error}\n")),
             Ok(loaded) => {
                 let mut shown = self.shown.write().unwrap_or_else(PoisonError::into_inner);

@@ -70,7 +70,7 @@ fn an_answer_says_what_it_answers_and_is_that_of_evaluate() {
     let answer = page.next("evaluate");
     assert_eq!((&answer["id"], &answer["values"]), (&json!(7), &json!(values)));
     let design = &answer["designs"][0];
-    let loaded = LoadedTask::load(Path::new(SMALL), &[]).unwrap();
+    let loaded = LoadedTask::load(Path::new(SMALL)).unwrap();
     let mut phi = loaded.phi.clone();
     phi[0] = 40.0;
     let expected = loaded.problem.evaluate(&phi, &EvaluateOptions::default()).unwrap();
@@ -163,14 +163,14 @@ fn bad_requests_are_refused_with_a_reason() {
 #[test]
 fn a_taken_port_is_an_error_that_says_so() {
     let served = Served::of(Path::new(SMALL));
-    let loaded = LoadedTask::load(Path::new(SMALL), &[]).unwrap();
+    let loaded = LoadedTask::load(Path::new(SMALL)).unwrap();
     let error = Explorer::open(loaded, None, Some(served.port())).err().unwrap().to_string();
     assert!(error.contains(&served.port().to_string()) && error.contains("--port"), "{error}");
 }
 
 #[test]
 fn a_closed_explorer_gives_up_its_port() {
-    let loaded = || LoadedTask::load(Path::new(SMALL), &[]).unwrap();
+    let loaded = || LoadedTask::load(Path::new(SMALL)).unwrap();
     let served = Served::of(Path::new(SMALL));
     let port = served.port();
     drop(served);
@@ -224,7 +224,7 @@ fn the_task_is_saved_with_its_comments_and_begins_with_the_design() {
     let saved = Path::new(saved["path"].as_str().unwrap_or_else(|| panic!("{saved}")));
     let new = std::fs::read_to_string(saved).unwrap();
     assert!(new.contains("# the last words") && new.matches('#').count() == text.matches('#').count());
-    let loaded = LoadedTask::load(saved, &[]).unwrap();
+    let loaded = LoadedTask::load(saved).unwrap();
     assert_eq!(loaded.phi[0], 33.5);
     assert_eq!(loaded.problem.tasks[0].bound, Some(supple::Value::Number(27.0)));
     page.ask("save", 2, json!({ "what": "set", "values": values }));
@@ -251,7 +251,7 @@ fn round_trip(path: &Path, turns: &[(&str, f64)]) -> String {
     let saved = page.next("save");
     let saved = Path::new(saved["path"].as_str().unwrap_or_else(|| panic!("{saved}")));
     let of_screen = served.explorer.task().unwrap();
-    for loaded in [LoadedTask::load(saved, &[]).unwrap(), of_screen] {
+    for loaded in [LoadedTask::load(saved).unwrap(), of_screen] {
         let found = loaded.problem.evaluate(&loaded.phi, &EvaluateOptions::default()).unwrap();
         for (task, expected) in found.tasks.iter().zip(shown["tasks"].as_array().unwrap()) {
             for (key, found) in [("measured", task.information.total_bits), ("expected", task.cost.expected)] {
@@ -319,7 +319,7 @@ fn a_saved_result_is_read_by_the_other_commands() {
     page.ask("save", 1, json!({ "what": "result", "values": values }));
     let saved = page.next("save");
     let kept = Folder::load(&folder.path().join(saved["path"].as_str().unwrap_or_else(|| panic!("{saved}")))).unwrap();
-    assert_eq!(LoadedTask::restore(&kept.made.sources, &[]).unwrap().phi[1], 11.0);
+    assert_eq!(LoadedTask::restore(&kept.made.sources).unwrap().phi[1], 11.0);
     page.ask("save", 2, json!({ "what": "report", "values": values }));
     let saved = page.next("save");
     let report =

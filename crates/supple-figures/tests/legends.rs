@@ -22,7 +22,7 @@ fn assert_short(figure: &Figure, what: &str) {
 
 /// A task's evaluation, with trajectories.
 fn evaluated(path: &Path) -> Folder {
-    let task = LoadedTask::load(path, &[]).unwrap();
+    let task = LoadedTask::load(path).unwrap();
     let wanted = EvaluateOptions { trajectories: true, ..Default::default() };
     let evaluation = task.problem.evaluate(&task.phi, &wanted).unwrap();
     let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));

@@ -107,7 +107,7 @@ fn run(sizes: &str, dimensions: Dimensions) {
         solve_limited(lq, &mut policy).unwrap();
     });
     let controls = Matrices::vectors(steps, m);
-    let bounds = ControlBounds::new(&vec![(-0.5, 0.5); m]);
+    let bounds = ControlBounds::new(&vec![[-0.5, 0.5]; m]);
     let limits = Some(Limits::Bounds(&bounds, &controls));
     time("riccati_limited", sizes, steps, || {
         let regularisation = Regularisation::default();

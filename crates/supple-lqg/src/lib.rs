@@ -81,8 +81,8 @@ mod transport;
 
 pub use arrays::{Entries, constant, sequence};
 pub use belief::{
-    Belief, BeliefAdjoint, BeliefSeeds, Innovation, InnovationCovariance, correct_each, kalman, predict_each,
-    reverse_kalman, solve_column,
+    Belief, BeliefAdjoint, BeliefSeeds, Innovation, InnovationCovariance, SampleNoise, correct_each, kalman,
+    predict_each, reverse_kalman, solve_column,
 };
 pub use bound::Horizon;
 pub use cost::{CostParts, cost_parts};

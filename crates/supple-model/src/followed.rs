@@ -26,7 +26,7 @@
 //! ```
 
 use crate::Value;
-use crate::channels::Channel;
+use crate::channels::{Channel, Limit};
 use crate::cost::Cost;
 use crate::quantity::{Control, DriveEffort, Quantity, Unfit, Vocabulary};
 
@@ -85,19 +85,21 @@ impl Followed {
         Some(Self { quantity: efforts.in_first_substep()?.into(), is_of_model: true, ..self.clone() })
     }
 
-    /// The enforced limits of controls that are numbers: of each control, by index, the lower and the upper limit. Plans
-    /// keep these exactly, by bounds of their controls; they are no longer among the limits that are enforced like those
-    /// of any quantity.
+    /// The enforced limits of controls that are numbers. Plans keep these exactly, by bounds of their controls; they are no
+    /// longer among the limits that are enforced like those of any quantity.
     ///
     /// ```
+    /// use supple_model::Limited;
     /// use supple_model::followed::Followed;
     /// use supple_model::quantity::Control;
     ///
     /// let mut limit = Followed::limit(Control::all(1), -3.0, 5.0).enforced();
-    /// assert_eq!((limit.take_control_bounds(), limit.enforced), (vec![(0, [-3.0, 5.0])], false));
+    /// let bounds = limit.take_control_bounds();
+    /// assert_eq!((bounds[0].of, bounds[0].lower, bounds[0].upper), (Limited::Control(0), -3.0, 5.0));
+    /// assert!(!limit.enforced);
     /// ```
     #[must_use]
-    pub fn take_control_bounds(&mut self) -> Vec<(usize, [f64; 2])> {
+    pub fn take_control_bounds(&mut self) -> Vec<Limit> {
         let (Some(control), Some([lower, upper])) = (self.quantity.as_kind::<Control>(), &self.limits) else {
             return Vec::new();
         };
@@ -105,7 +107,10 @@ impl Followed {
         let ends = lower.iter().zip(upper).map(|(lower, upper)| Some([number(lower)?, number(upper)?]));
         let Some(ends) = ends.collect::<Option<Vec<_>>>().filter(|_| self.enforced) else { return Vec::new() };
         self.enforced = false;
-        control.selected().iter().copied().zip(ends).collect()
+        let limit = |(&index, [lower, upper]): (&usize, [f64; 2])| {
+            Limit::control(format!("control {}", index + 1), index, lower, upper)
+        };
+        control.selected().iter().zip(ends).map(limit).collect()
     }
 
     /// The same, with its limits enforced by plans.

@@ -131,7 +131,7 @@ pub fn changed(
     let text = text(table, &task.problem.parameters.names()).map_err(|error| errors::usage(py, &error))?;
     let mut texts: Vec<Source> = sources.clone();
     texts[0].text = text;
-    let mut loaded = LoadedTask::restore(&texts, &[]).map_err(|error| errors::of_study(py, &error))?;
+    let mut loaded = LoadedTask::restore(&texts).map_err(|error| errors::of_study(py, &error))?;
     loaded.phi.clone_from(phi);
     for (name, value) in parameters {
         if let Some(place) = loaded.problem.parameters.names().iter().position(|known| known == name) {

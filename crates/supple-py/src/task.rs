@@ -73,7 +73,7 @@ impl NativeTask {
     fn load(py: Python<'_>, path: PathBuf, values: Vec<(String, f64)>) -> PyResult<Self> {
         let pool = pool::pool(py)?;
         let task = py
-            .detach(|| pool.install(|| LoadedTask::load(&path, &values)))
+            .detach(|| pool.install(|| LoadedTask::load(&path)?.setting(&Named(values))))
             .map_err(|error| errors::of_study(py, &error))?;
         Ok(Self { task, failures: Failures::default() })
     }
@@ -83,7 +83,7 @@ impl NativeTask {
     fn restore(py: Python<'_>, sources: Vec<(String, String)>, values: Vec<(String, f64)>) -> PyResult<Self> {
         let pool = pool::pool(py)?;
         let sources: Vec<Source> = sources.into_iter().map(|(path, text)| Source { path, text }).collect();
-        let task = py.detach(|| pool.install(|| LoadedTask::restore(&sources, &values)));
+        let task = py.detach(|| pool.install(|| LoadedTask::restore(&sources)?.setting(&Named(values))));
         Ok(Self { task: task.map_err(|error| errors::of_study(py, &error))?, failures: Failures::default() })
     }
 

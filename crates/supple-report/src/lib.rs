@@ -29,7 +29,7 @@
 //! #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
 //! # "#;
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
-//! # let task = LoadedTask::restore(&[source], &[])?;
+//! # let task = LoadedTask::restore(&[source])?;
 //! # let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
 //!
 //! // A study with trajectories, as the front page of `supple_study` makes one; `Folder::load_all` reads stored ones.

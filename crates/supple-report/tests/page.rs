@@ -22,7 +22,7 @@ use supple_study::{Cell, Column, Folder, LoadedTask, Made, Source, Steps, StudyR
 
 fn task(name: &str) -> LoadedTask {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name);
-    LoadedTask::load(&path, &[]).unwrap()
+    LoadedTask::load(&path).unwrap()
 }
 
 fn folder(name: &str, task: &LoadedTask, result: StudyResult) -> Folder {
@@ -133,7 +133,7 @@ fn with_catalogue(name: &str) -> LoadedTask {
     let text = text
         .replace(first, &format!("{first}catalogue = [{{ value = 30.0, price = 2.0, name = \"S30\" }}, 90.0]\n"))
         .replace(second, &format!("{second}catalogue = [20.0, 40.0]\n"));
-    LoadedTask::restore(&[Source { path: path.display().to_string(), text }], &[]).unwrap()
+    LoadedTask::restore(&[Source { path: path.display().to_string(), text }]).unwrap()
 }
 
 #[test]
@@ -381,7 +381,7 @@ fn units_are_printed_alike_in_tables_texts_and_plots() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass_small.toml");
     let written = std::fs::read_to_string(&path).unwrap().replacen("unit = \"N/m\"", "unit = \"(N m)^2\"", 1);
     let written = written.replace("unit = \"N/m\"", "unit = \"kg m^2/s^2\"");
-    let task = LoadedTask::restore(&[Source { path: path.display().to_string(), text: written }], &[]).unwrap();
+    let task = LoadedTask::restore(&[Source { path: path.display().to_string(), text: written }]).unwrap();
     let StudyResult::Pareto(mut front) = front(&task) else { panic!() };
     // The unit is that of the parameter, whatever the text has in its place.
     let end = RangeEnd { parameter: "k2".into(), side: "upper".into(), value: 50.0, places: "at factor 1.2".into() };

@@ -13,7 +13,7 @@ use crate::Pose;
 /// with the control `u` and the numbers of its [`Law`].
 ///
 /// ```
-/// use supple_robot::{Law, LoadOptions, Measured, Omitted, WallShape};
+/// use supple_robot::{Law, LoadOptions, LockedJoint, Measured, Omitted, WallShape};
 ///
 /// let text = r#"<mujoco><worldbody>
 ///         <geom name="floor" type="plane" size="1 1 0.1"/>
@@ -36,7 +36,7 @@ use crate::Pose;
 /// assert_eq!((frame.name.as_str(), frame.link), ("tip", 1));
 ///
 /// // With its joint locked, the robot has neither drive nor encoder.
-/// let locked = robot.locked(&[(0, 0.1)]);
+/// let locked = robot.locked(&[LockedJoint { joint: 0, position: 0.1 }]);
 /// assert_eq!((locked.omitted[0].name.as_str(), locked.omitted[0].why.as_str()), ("drive", Omitted::LOCKED));
 /// # Ok::<(), supple_text::FileError>(())
 /// ```

@@ -53,14 +53,15 @@ mod tree;
 mod write;
 
 pub use dynamics::{
-    Kinematics, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics,
-    frame_jacobian, frame_velocity, inverse_dynamics, mass_matrix, massless_joints, passive_forces,
+    Kinematics, LinkWrench, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia,
+    forward_dynamics, frame_jacobian, frame_velocity, inverse_dynamics, mass_matrix, massless_joints, passive_forces,
     passive_forces_ahead, passive_resistance, point_jacobian, solve,
 };
 pub use equipment::{Actuator, Key, Law, Measured, Omitted, Sensor, Wall, WallShape};
 pub use insert::{Insert, InsertedAxis};
 pub use inverse_kinematics::{PoseGoal, Reach, Reached, inverse_kinematics};
 pub use load::{LoadOptions, load, parse};
+pub use lock::LockedJoint;
 pub use numbers::{JointNumbers, LinkNumbers, Numbers};
 pub use pose::{Pose, turn};
 pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Primitive, Robot, Solid};

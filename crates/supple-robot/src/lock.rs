@@ -39,14 +39,25 @@ impl Limits {
     }
 }
 
+/// A joint that is fixed at a position.
+///
+/// Example: [`Actuator`](crate::Actuator).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LockedJoint {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Its position, rad or m.
+    pub position: f64,
+}
+
 impl Robot {
-    /// The robot with some joints locked: each of `joints` is fixed at its position, rad or m, and so are those that
+    /// The robot with some joints locked: each of `joints` is fixed at its position, and so are those that
     /// follow it, at the resulting positions. Links, joints and frames keep their numbers. Actuators and sensors of fixed
     /// joints are moved to [`Robot::omitted`]. Indices without a joint are ignored.
     #[must_use]
-    pub fn locked(&self, joints: &[(usize, f64)]) -> Self {
+    pub fn locked(&self, joints: &[LockedJoint]) -> Self {
         let mut held = vec![None; self.joints.len()];
-        for &(joint, position) in joints {
+        for &LockedJoint { joint, position } in joints {
             if let Some(held) = held.get_mut(joint) {
                 *held = Some(position);
             }

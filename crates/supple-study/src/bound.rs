@@ -19,7 +19,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let options = BoundOptions { curve: Some(3), ..BoundOptions::default() };
 //! let study = run(&task, &options, Watch::default())?;
 //! let curve = &study.curves[0];

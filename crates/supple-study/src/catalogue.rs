@@ -28,7 +28,7 @@ const BEST: usize = 10;
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page with a cost limit of 2, and `catalogue = [1e-3, 1e-2, 1e-1]` for the variance.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let settings = DesignSettings { starts: 1, ..task.problem.design.clone() };
 /// let report = run(&task, &settings, None, Watch::default())?;
 /// let catalogue = report.catalogue.as_ref().ok_or("a parameter has a catalogue")?;

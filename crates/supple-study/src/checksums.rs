@@ -58,7 +58,7 @@ pub(crate) fn save(folder: &Path) -> Result<(), StudyError> {
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let work = Work::Evaluate(EvaluateOptions::default());
 /// let result = work.run(&task, None, Watch::default())?;
 /// let folder = tempfile::tempdir()?;

@@ -21,7 +21,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page with a cost limit of 2.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let settings = DesignSettings { starts: 1, ..task.problem.design.clone() };
 //! let report = run(&task, &settings, None, Watch::default())?;
 //! assert!(report.status.meets_bounds() && report.starts.len() == 1);

@@ -6,7 +6,7 @@ use supple::parameters::ParameterError;
 /// Why a study could not be made, kept or read.
 ///
 /// ```
-/// let error = supple_study::LoadedTask::restore(&[], &[]).err().map(|error| error.to_string());
+/// let error = supple_study::LoadedTask::restore(&[]).err().map(|error| error.to_string());
 /// assert_eq!(error.as_deref(), Some("there is no text of a task file"));
 /// ```
 #[derive(Debug, thiserror::Error)]

@@ -223,18 +223,19 @@ impl Folder {
     /// Where the result is of another command.
     ///
     /// ```
+    /// use supple::Named;
     /// use supple_study::study::Work;
     /// use supple_study::{Folder, LoadedTask, Made, Watch};
     /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
     /// # let path = tempfile::tempdir()?;
     /// # let path = path.path();
     ///
-    /// let task = LoadedTask::load(file.as_ref(), &[("k1".to_owned(), 300.0)])?;
+    /// let task = LoadedTask::load(file.as_ref())?.setting(&Named::from([("k1", 300.0)]))?;
     /// let work = Work::Evaluate(supple_study::evaluate::EvaluateOptions { rollouts: 0, ..Default::default() });
     /// let result = work.run(&task, None, Watch::default())?;
     /// Folder::conclude(path, &Made::of(&task, work), &result)?;
     ///
-    /// let mut another = LoadedTask::load(file.as_ref(), &[])?;
+    /// let mut another = LoadedTask::load(file.as_ref())?;
     /// another.start_from(Folder::load(path)?.design()?)?;
     /// assert_eq!(another.phi, task.phi);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

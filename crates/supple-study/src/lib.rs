@@ -19,6 +19,7 @@
 //! # A study as a value
 //!
 //! ```
+//! use supple::Named;
 //! use supple_study::evaluate::EvaluateOptions;
 //! use supple_study::study::{Study, Work};
 //! use supple_study::{Folder, LoadedTask, Made, Source, StudyResult, Watch};
@@ -35,7 +36,7 @@
 //!     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
 //! "#;
 //! let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
-//! let task = LoadedTask::restore(&[source], &[("variance".to_owned(), 1e-3)])?;
+//! let task = LoadedTask::restore(&[source])?.setting(&Named::from([("variance", 1e-3)]))?;
 //! let work = Work::Evaluate(EvaluateOptions { rollouts: 100, seed: 1, ..Default::default() });
 //! let result = work.run(&task, None, Watch::default())?;
 //!

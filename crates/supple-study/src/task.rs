@@ -27,7 +27,7 @@ use crate::StudyError;
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page.
-/// let mut task = LoadedTask::restore(&[source], &[])?;
+/// let mut task = LoadedTask::restore(&[source])?;
 /// task.sources.clear();
 /// assert_eq!(Study::of(&task, Work::Evaluate(EvaluateOptions::default())).task, OWN_MODEL);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -70,7 +70,7 @@ impl Source {
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let about = About::of(&task.problem);
 /// assert_eq!((about.tasks[0].name.as_str(), about.tasks[0].steps, about.tasks[0].bound), ("hold", 20, None));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -151,36 +151,44 @@ impl LoadedTask {
         }
     }
 
-    /// Reads a task file and sets parameters of it by name.
+    /// Reads a task file.
     ///
     /// # Errors
-    /// Where a file cannot be read or anything in it is wrong, or a parameter is unknown or out of bounds.
-    pub fn load(path: &Path, set: &[(String, f64)]) -> Result<Self, StudyError> {
-        Self::load_with(path, set, Kinds::default())
+    /// Where a file cannot be read or anything in it is wrong.
+    pub fn load(path: &Path) -> Result<Self, StudyError> {
+        Self::load_with(path, Kinds::default())
     }
 
     /// The same of a file that may name other kinds than those of the library.
     ///
     /// # Errors
     /// As of [`load`](Self::load).
-    pub fn load_with(path: &Path, set: &[(String, f64)], kinds: Kinds) -> Result<Self, StudyError> {
-        Self::read(path, set, (kinds, Files::default()))
+    pub fn load_with(path: &Path, kinds: Kinds) -> Result<Self, StudyError> {
+        Self::read(path, (kinds, Files::default()))
     }
 
-    fn read(path: &Path, set: &[(String, f64)], (kinds, files): (Kinds, Files)) -> Result<Self, StudyError> {
+    fn read(path: &Path, (kinds, files): (Kinds, Files)) -> Result<Self, StudyError> {
         let text = files.read_named(path)?;
         let name = path.display().to_string();
         let options = ReadOptions { kinds: kinds.clone(), files: files.clone(), ..ReadOptions::default() };
         let problem = supple_file::parse_with(&text, &name, options)?;
-        let mut phi = problem.parameters.initial();
-        for (name, value) in set {
-            problem.parameters.set(&mut phi, name, *value)?;
-        }
+        let phi = problem.parameters.initial();
         let mut sources = vec![Source { path: name, text }];
         for path in &problem.files {
             sources.push(Source { path: path.display().to_string(), text: files.read(path)? });
         }
         Ok(Self { problem, phi, sources, kinds })
+    }
+
+    /// The same task with these parameters set.
+    ///
+    /// # Errors
+    /// Where one is unknown or out of bounds.
+    pub fn setting(mut self, parameters: &Named) -> Result<Self, StudyError> {
+        for (name, value) in &parameters.0 {
+            self.problem.parameters.set(&mut self.phi, name, *value)?;
+        }
+        Ok(self)
     }
 
     /// Starts from a design, of this task or of one that shares parameters with it; parameters that it does not have stay as
@@ -205,34 +213,34 @@ impl LoadedTask {
     ///
     /// # Errors
     /// Where there is no text, or as of [`load`](Self::load).
-    pub fn restore(sources: &[Source], set: &[(String, f64)]) -> Result<Self, StudyError> {
-        Self::restore_with(sources, set, Kinds::default())
+    pub fn restore(sources: &[Source]) -> Result<Self, StudyError> {
+        Self::restore_with(sources, Kinds::default())
     }
 
     /// The same of a file that may name other kinds than those of the library.
     ///
     /// # Errors
     /// As of [`restore`](Self::restore).
-    pub fn restore_with(sources: &[Source], set: &[(String, f64)], kinds: Kinds) -> Result<Self, StudyError> {
+    pub fn restore_with(sources: &[Source], kinds: Kinds) -> Result<Self, StudyError> {
         let Some(first) = sources.first() else { return Err(StudyError::usage("there is no text of a task file")) };
-        Self::read(Path::new(&first.path), set, (kinds, Source::files(sources)))
+        Self::read(Path::new(&first.path), (kinds, Source::files(sources)))
     }
 
     /// The same task, whose plans start also from the plans of an evaluation of it, where the evaluation has kept them: a
     /// search may have found local minima that first guesses do not lead to.
     ///
     /// ```
-    /// use supple::EvaluateOptions;
+    /// use supple::{EvaluateOptions, Named};
     /// use supple_study::LoadedTask;
     ///
     /// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
-    /// let stiffness = [("k1".to_owned(), 355.0), ("k2".to_owned(), 400.0)];
-    /// let task = LoadedTask::load(path.as_ref(), &stiffness)?;
+    /// let stiffness = Named::from([("k1", 355.0), ("k2", 400.0)]);
+    /// let task = LoadedTask::load(path.as_ref())?.setting(&stiffness)?;
     /// let options = EvaluateOptions { branches: 24, trajectories: true, ..Default::default() };
     /// let found = task.problem.evaluate(&task.phi, &options)?;
     ///
     /// let guessed = task.problem.evaluate(&task.phi, &EvaluateOptions::default())?;
-    /// let task = LoadedTask::restore(&task.sources, &stiffness)?.knowing(&found);
+    /// let task = LoadedTask::restore(&task.sources)?.setting(&stiffness)?.knowing(&found);
     /// let known = task.problem.evaluate(&task.phi, &EvaluateOptions::default())?;
     /// let cost = |evaluation: &supple::Evaluation| evaluation.tasks[0].cost.expected;
     /// assert!(cost(&found) < 0.99 * cost(&guessed));

@@ -20,7 +20,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let options =
 //!     TraceOptions { starts: 1, methods: vec![Method::Sqp], gradients: vec![GradientKind::Total], seed: 0 };
 //! let trace = run(&task, &options, None, Watch::default())?;

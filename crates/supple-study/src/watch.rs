@@ -36,7 +36,7 @@ use supple::design::{Event, Observer};
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
 /// let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
 /// let count = Count::default();

@@ -17,7 +17,7 @@ fn repository(path: &str) -> PathBuf {
 }
 
 fn task(name: &str) -> LoadedTask {
-    LoadedTask::load(&repository("tasks").join(name), &[]).unwrap()
+    LoadedTask::load(&repository("tasks").join(name)).unwrap()
 }
 
 fn designed(task: &LoadedTask, kind: &str, starts: usize) -> DesignReport {

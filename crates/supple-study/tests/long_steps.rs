@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use supple::EvaluateOptions;
+use supple::{EvaluateOptions, Named};
 use supple_study::LoadedTask;
 
 fn repository(path: &str) -> PathBuf {
@@ -13,7 +13,7 @@ fn repository(path: &str) -> PathBuf {
 /// Cost and bits of opening the door with all stiffnesses at `stiffness`, N/m, and the time step times `factor`; what the
 /// file gives by step stays the same by time.
 fn opened((integrator, substeps): (&str, usize), factor: f64, stiffness: f64) -> [f64; 2] {
-    let mut sources = LoadedTask::load(&repository("tasks/iiwa_door.toml"), &[]).unwrap().sources;
+    let mut sources = LoadedTask::load(&repository("tasks/iiwa_door.toml")).unwrap().sources;
     let mut change = |from: &str, to: String| {
         assert!(sources[0].text.contains(from), "the door has no `{from}`");
         sources[0].text = sources[0].text.replace(from, &to);
@@ -25,8 +25,8 @@ fn opened((integrator, substeps): (&str, usize), factor: f64, stiffness: f64) ->
     change("\"q.*\" = 1e-7, \"v.*\" = 1e-4", format!("\"q.*\" = {:?}, \"v.*\" = {:?}", 1e-7 * factor, 1e-4 * factor));
     change("\nweight = 15.0", format!("\nweight = {:?}", 15.0 * factor));
     change("\nweight = 1e-5", format!("\nweight = {:?}", 1e-5 * factor));
-    let set = ["k1", "k2", "k3"].map(|name| (name.to_owned(), stiffness));
-    let task = LoadedTask::restore(&sources, &set).unwrap();
+    let set = Named::from(["k1", "k2", "k3"].map(|name| (name, stiffness)));
+    let task = LoadedTask::restore(&sources).and_then(|task| task.setting(&set)).unwrap();
     let found = task.problem.evaluate(&task.phi, &EvaluateOptions::default()).unwrap();
     let open = &found.tasks[0];
     assert!(open.status.is_converged(), "{:?}", open.status);

@@ -149,7 +149,7 @@ fn shipped() -> Vec<PathBuf> {
 #[test]
 fn every_state_of_a_robot_has_a_unit() {
     for path in shipped() {
-        let task = LoadedTask::load(&path, &[]).unwrap();
+        let task = LoadedTask::load(&path).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         for one in task.problem.tasks.iter().filter(|_| text.contains("kind = \"robot\"")) {
             for state in one.system.channels().states {
@@ -163,7 +163,7 @@ fn every_state_of_a_robot_has_a_unit() {
 fn changed_task_robot_and_table_files_are_read_or_refused() {
     let (mut random, mut fine, mut count) = (Random(1), 0, 0);
     for path in shipped() {
-        let sources = LoadedTask::load(&path, &[]).unwrap().sources;
+        let sources = LoadedTask::load(&path).unwrap().sources;
         for number in 0..OF_A_TASK {
             let mut changed: Vec<Source> = sources.clone();
             let place = random.below(changed.len());
@@ -173,7 +173,7 @@ fn changed_task_robot_and_table_files_are_read_or_refused() {
                 changed[place].text = text;
             }
             let what = format!("{} {number}", path.display());
-            fine += usize::from(read(&what, || LoadedTask::restore(&changed, &[])));
+            fine += usize::from(read(&what, || LoadedTask::restore(&changed)));
             count += 1;
         }
     }
@@ -183,7 +183,7 @@ fn changed_task_robot_and_table_files_are_read_or_refused() {
 #[test]
 fn changed_results_are_read_or_refused() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass_small.toml");
-    let task = LoadedTask::load(&path, &[]).unwrap();
+    let task = LoadedTask::load(&path).unwrap();
     let options = EvaluateOptions { rollouts: 2, trajectories: true, ..EvaluateOptions::default() };
     let evaluation = task.problem.evaluate(&task.phi, &options).unwrap();
     let folder = tempfile::tempdir().unwrap();

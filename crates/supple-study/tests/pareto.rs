@@ -18,7 +18,7 @@ fn load(text: &str) -> LoadedTask {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("task.toml");
     std::fs::write(&path, text).unwrap();
-    LoadedTask::load(&path, &[]).unwrap()
+    LoadedTask::load(&path).unwrap()
 }
 
 fn front(task: &LoadedTask, points: usize) -> Result<Pareto, StudyError> {

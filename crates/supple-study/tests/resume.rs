@@ -39,7 +39,7 @@ impl Progress for StopAfter {
 
 fn small() -> LoadedTask {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass_small.toml");
-    LoadedTask::load(&path, &[]).unwrap()
+    LoadedTask::load(&path).unwrap()
 }
 
 /// As JSON, where a price that is not a number equals itself and every other number keeps its bits.
@@ -133,7 +133,7 @@ fn choices_from_catalogues_resume_among_their_combinations() {
     let text = text.replace("bounds = [3.0, 50.0]", second);
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("task.toml"), text).unwrap();
-    let task = LoadedTask::load(&folder.path().join("task.toml"), &[]).unwrap();
+    let task = LoadedTask::load(&folder.path().join("task.toml")).unwrap();
     let settings = DesignSettings { starts: 1, rollouts: Some(2), ..task.problem.design.clone() };
     let run = |folder: Option<&Path>, watch: Watch| timeless(design::run(&task, &settings, folder, watch).unwrap());
     let whole = run(None, RUNNING);
@@ -158,7 +158,7 @@ fn traces_resume() {
 #[test]
 fn robustness_resumes_in_its_search_and_among_its_levels() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass.toml");
-    let mut task = LoadedTask::load(&path, &[]).unwrap();
+    let mut task = LoadedTask::load(&path).unwrap();
     task.problem.design.starts = 2;
     let options = noises(&task, "start,optimum");
     let run = |folder: Option<&Path>, watch: Watch| robustness::run(&task, &options, folder, watch);

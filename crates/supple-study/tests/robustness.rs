@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use supple::parameters::Scale;
 use supple::{EvaluateOptions, Stop};
-use supple_study::robustness::{DesignChoice, PlannedFor, RobustCell, Robustness, RobustnessOptions, run};
+use supple_study::robustness::{Comparison, DesignChoice, PlannedFor, RobustCell, Robustness, RobustnessOptions, run};
 use supple_study::sweep::Axis;
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
 
@@ -19,7 +19,7 @@ fn load(text: &str) -> LoadedTask {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("task.toml");
     std::fs::write(&path, text).unwrap();
-    LoadedTask::load(&path, &[]).unwrap()
+    LoadedTask::load(&path).unwrap()
 }
 
 fn study(task: &LoadedTask, designs: &str, vary: &str, rollouts: usize) -> Result<Robustness, StudyError> {
@@ -103,17 +103,22 @@ fn all_designs_see_the_same_random_numbers() {
     // The last design is compared, between the least and the greatest level wherever they stand.
     let [first, second] = [&found.comparisons[0], &found.comparisons[1]];
     assert_eq!((first.design, first.other, second.other, first.levels), (2, 0, 1, [0, 1]));
-    assert_eq!(
-        (first.difference, first.p_value, first.interval_95),
-        (second.difference, second.p_value, second.interval_95)
-    );
+    assert_eq!(first.growth, second.growth);
     let growth =
         |design| cell(&found, design, PlannedFor::Nominal, 1).mean - cell(&found, design, PlannedFor::Nominal, 0).mean;
-    assert!((first.difference - (growth(2) - growth(0))).abs() < 1e-9, "{first:?}");
-    assert!((first.growths[0] - growth(2)).abs() < 1e-9 && first.p_value > 0.0 && first.p_value < 1.0);
+    assert!((first.growth.difference - (growth(2) - growth(0))).abs() < 1e-9, "{first:?}");
+    assert!((first.growths[0] - growth(2)).abs() < 1e-9 && first.growth.p_value > 0.0 && first.growth.p_value < 1.0);
+    // In results, the numbers of the test are keys of the comparison, also where roll-outs diverged.
+    let kept = serde_json::to_value(first).unwrap();
+    assert_eq!((&kept["p_value"], kept.get("growth")), (&first.growth.p_value.into(), None));
+    let mut diverged = first.clone();
+    (diverged.growth.difference, diverged.growth.interval_95) = (f64::NAN, [f64::NAN; 2]);
+    let read: Comparison = serde_json::from_str(&serde_json::to_string(&diverged).unwrap()).unwrap();
+    assert!(read.growth.difference.is_nan() && read.growth.interval_95[1].is_nan());
+    assert_eq!((read.growth.p_value, read.at_greatest), (first.growth.p_value, first.at_greatest));
     let same = study(&task, "twin=k1:500,start", "wall_variance=1e-5,1e-3", 5).unwrap();
     let same = &same.comparisons[0];
-    assert_eq!((same.difference, same.p_value, same.at_greatest.p_value), (0.0, 1.0, 1.0));
+    assert_eq!((same.growth.difference, same.growth.p_value, same.at_greatest.p_value), (0.0, 1.0, 1.0));
 }
 
 /// Gains for a plant that settles, on one that does not: the task ends before numbers overflow.

@@ -15,7 +15,7 @@ fn repository(path: &str) -> PathBuf {
 }
 
 fn task(name: &str) -> LoadedTask {
-    LoadedTask::load(&repository("tasks").join(name), &[]).unwrap()
+    LoadedTask::load(&repository("tasks").join(name)).unwrap()
 }
 
 fn study(name: &str, options: SensorsOptions) -> Result<Sensors, StudyError> {

@@ -10,7 +10,7 @@ use supple_study::trace::{Trace, TraceOptions, run};
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
 
 fn load(name: &str) -> LoadedTask {
-    LoadedTask::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name), &[]).unwrap()
+    LoadedTask::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
 }
 
 fn trace(task: &LoadedTask, options: &TraceOptions) -> Result<Trace, StudyError> {

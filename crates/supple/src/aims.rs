@@ -4,7 +4,7 @@ use supple_kernels::Matrices;
 use supple_lqg::Partials;
 use supple_lqg::add_control_partials;
 use supple_lqg::bound::{Horizon, Needed};
-use supple_model::Value;
+use supple_model::{ParameterHandle, Value};
 
 use crate::Error;
 use crate::gradient::Functional;
@@ -22,7 +22,7 @@ const LEAST_SHARE: f64 = 0.05;
 pub(crate) struct Limit {
     pub value: f64,
     /// Its derivative with respect to each parameter it depends on.
-    pub slopes: Vec<(usize, f64)>,
+    pub slopes: Vec<(ParameterHandle, f64)>,
 }
 
 impl Limit {

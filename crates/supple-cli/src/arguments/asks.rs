@@ -1,10 +1,23 @@
+use std::path::PathBuf;
+
 use clap::Args;
 use serde::de::DeserializeOwned;
 use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use super::{Output, TaskArguments};
+use super::task::TaskArguments;
 use crate::failure::Failure;
+
+/// Where a result goes.
+#[derive(Args, Debug)]
+pub struct Output {
+    /// Folder for the result, its trajectories, and everything needed to reproduce it
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the result as one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// What a command that runs a study asks for beside its task: long options on the command line, keys in a study file.
 pub trait Ask: Args + DeserializeOwned + std::fmt::Debug {

@@ -118,3 +118,8 @@ impl<const LEAST: usize, const MOST: usize> Visitor<'_> for CountOrFlag<LEAST, M
         CountVisitor.visit_u64(number).map(Some)
     }
 }
+
+/// Parses a seed.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("must be a whole number from 0 to {}; found {text}", u64::MAX))
+}

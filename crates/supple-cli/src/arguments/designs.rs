@@ -6,7 +6,7 @@ use serde::Deserialize;
 use supple::design::{GradientKind, InformationWeights, Method};
 use supple_text::capitalised;
 
-use super::{Count, seed};
+use super::count::{Count, seed};
 
 #[derive(Args, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]

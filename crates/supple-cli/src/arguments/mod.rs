@@ -1,22 +1,19 @@
-use std::path::{Path, PathBuf};
-
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use serde::Deserializer;
 use supple::Level;
-use supple_study::{Folder, LoadedTask, StudyError};
 
 use crate::failure::Failure;
-use crate::output::warn;
 
 mod asks;
 mod count;
 mod designs;
 mod robots;
 mod studies;
+mod task;
 
-pub use asks::{Ask, Asked, Asks, Subject};
+pub use asks::{Ask, Asked, Asks, Output, Subject};
 pub use count::{Count, texts};
-pub use designs::{DesignOptions, EvaluateOptions, GradientChoice, gradient_kind, method};
+pub use designs::{DesignOptions, EvaluateOptions, GradientChoice};
 pub use robots::{ModelKind, NewOptions, RobotFormat, RobotOptions};
 pub use studies::{
     AtArgument, BoundOptions, ControllerFormatArgument, ExploreOptions, ExportOptions, Format, ParetoOptions,
@@ -25,6 +22,7 @@ pub use studies::{
 };
 #[cfg(feature = "figures")]
 pub use studies::{FigureArgument, Width};
+pub use task::{TaskArguments, set};
 
 /// Design compliant robots that need little information to be controlled.
 #[derive(Debug, Parser)]
@@ -206,11 +204,6 @@ impl StudyCommand {
     }
 }
 
-/// Parses a seed.
-fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("must be a whole number from 0 to {}; found {text}", u64::MAX))
-}
-
 /// The command line. Negative numbers are parsed as values; each option validates its own.
 fn command_line() -> clap::Command {
     with_negative_numbers(Arguments::command())
@@ -220,91 +213,6 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let takes_value = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
     let command = command.mut_args(move |arg| if takes_value(&arg) { arg.allow_negative_numbers(true) } else { arg });
     command.mut_subcommands(with_negative_numbers)
-}
-
-/// A task file, and parameters to set in it.
-#[derive(Args, Debug)]
-pub struct TaskArguments {
-    /// Task file
-    pub task: PathBuf,
-    /// Start at the design in the folder of a result of `design` (the optimum) or `evaluate`, instead of initial values
-    ///
-    /// Parameters of the task that the result does not have keep their initial values; --set overrides them.
-    #[arg(long, value_name = "DIR")]
-    pub from: Option<PathBuf>,
-    /// Set a parameter; may be repeated, and the last value of a parameter holds
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    pub set: Vec<String>,
-    /// Print every warning instead of one line per kind
-    #[arg(long)]
-    pub verbose: bool,
-}
-
-impl TaskArguments {
-    /// Loads the task with its parameters set; prints warnings on standard error.
-    pub fn load(&self) -> Result<LoadedTask, Failure> {
-        let loaded = self.read()?;
-        self.warn(&loaded);
-        Ok(loaded)
-    }
-
-    /// Loads the task with its parameters set.
-    pub fn read(&self) -> Result<LoadedTask, Failure> {
-        self.read_from(self.from.as_deref())
-    }
-
-    /// Loads the task with its parameters set, except for the design of a result that need not be there yet.
-    pub fn read_alone(&self) -> Result<LoadedTask, Failure> {
-        self.read_from(None)
-    }
-
-    fn read_from(&self, from: Option<&Path>) -> Result<LoadedTask, Failure> {
-        let mut loaded = LoadedTask::load(&self.task, &[])?;
-        if let Some(from) = from {
-            let folder = Folder::load(from)?;
-            let at = |error: StudyError| Failure::usage(format!("--from {}: {error}", from.display()));
-            let stranger = folder.check_kinship(&loaded).map_err(at)?;
-            loaded.start_from(folder.design().map_err(at)?).map_err(at)?;
-            if let Some(stranger) = stranger {
-                warn(&format!("the design in {}: {stranger}", from.display()));
-            }
-            if folder.result.falls_short() {
-                warn(&format!("the design in {} fell short of what was asked: see `supple show`", from.display()));
-            }
-        }
-        set(&mut loaded, &self.set)?;
-        Ok(loaded)
-    }
-
-    /// Prints the task's warnings on standard error.
-    pub fn warn(&self, loaded: &LoadedTask) {
-        let problem = &loaded.problem;
-        let warnings = if self.verbose { &problem.every_warning } else { &problem.warnings };
-        warnings.iter().for_each(|warning| warn(warning));
-    }
-}
-
-/// Sets parameters of a task by `NAME=VALUE`.
-pub fn set(loaded: &mut LoadedTask, settings: &[String]) -> Result<(), Failure> {
-    for setting in settings {
-        let wrong = |what: &str| Failure::usage(format!("--set {setting}: {what}"));
-        let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write NAME=VALUE"))?;
-        let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
-        let set = loaded.problem.parameters.set(&mut loaded.phi, name.trim(), value);
-        set.map_err(|error| wrong(&error.to_string()))?;
-    }
-    Ok(())
-}
-
-/// Where a result goes.
-#[derive(Args, Debug)]
-pub struct Output {
-    /// Folder for the result, its trajectories, and everything needed to reproduce it
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Print the result as one JSON object and nothing else
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Args, Debug)]

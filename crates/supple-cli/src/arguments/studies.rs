@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Deserializer};
 use supple::design::{GradientKind, Method, ROLLOUTS};
 
-use super::count::{choices, count_or_flag, texts};
-use super::{Count, gradient_kind, method, seed};
+use super::count::{Count, choices, count_or_flag, seed, texts};
+use super::designs::{gradient_kind, method};
 
 #[derive(Args, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

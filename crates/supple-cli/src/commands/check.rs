@@ -1,9 +1,9 @@
 use supple::check::check as compare;
 use supple_study::{About, LoadedTask, StudyError, not_finite};
 
-use crate::Outcome;
 use crate::arguments::CheckOptions;
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_json, print_text};
 use crate::pages::check_page;
 use crate::present::judge;

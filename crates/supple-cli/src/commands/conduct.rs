@@ -6,9 +6,9 @@ use supple_study::study::{Work, on_threads};
 use supple_study::sweep::Sweep;
 use supple_study::{Folder, JOURNAL, LoadedTask, Made, StudyError, StudyResult, forget, kept_parts};
 
-use crate::Outcome;
 use crate::arguments::{Asks, Output};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, warn};
 use crate::pages::stopped;
 use crate::present::print;

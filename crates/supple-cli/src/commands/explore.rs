@@ -3,9 +3,9 @@ use std::path::PathBuf;
 use supple_explore::Explorer;
 use supple_study::{Folder, LoadedTask, StudyResult};
 
-use crate::Outcome;
 use crate::arguments::{ExploreOptions, set};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{note, print_text, warn};
 use crate::progress::end_when_asked;
 
@@ -32,7 +32,7 @@ pub fn explore(options: &ExploreOptions) -> Result<Outcome, Failure> {
 fn load(options: &ExploreOptions) -> Result<(LoadedTask, Option<PathBuf>), Failure> {
     let path = &options.task;
     if !path.is_dir() {
-        return Ok((LoadedTask::load(path, &[])?, Some(path.clone())));
+        return Ok((LoadedTask::load(path)?, Some(path.clone())));
     }
     let folder = Folder::load(path)?;
     let at = match &folder.result {
@@ -42,8 +42,8 @@ fn load(options: &ExploreOptions) -> Result<(LoadedTask, Option<PathBuf>), Failu
     };
     let sources = &folder.made.sources;
     let loaded = match at {
-        Some(at) => LoadedTask::restore(sources, &at.parameters.0)?.knowing(at),
-        None => LoadedTask::restore(sources, &[])?,
+        Some(at) => LoadedTask::restore(sources)?.setting(&at.parameters)?.knowing(at),
+        None => LoadedTask::restore(sources)?,
     };
     Ok((loaded, None))
 }

@@ -5,9 +5,9 @@ use supple::{Trust, Verdict};
 use supple_study::Folder;
 use supple_study::controller::{At, ControllerFormat, ExportedController, check_out};
 
-use crate::Outcome;
 use crate::arguments::{AtArgument, ControllerFormatArgument, ExportOptions};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, warn, warn_changed};
 use crate::tables::number;
 use crate::trust;

@@ -38,9 +38,9 @@ pub use validate::validate;
 
 use clap::CommandFactory;
 
-use crate::Outcome;
 use crate::arguments::Arguments;
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_json, print_text};
 
 /// `supple schema`

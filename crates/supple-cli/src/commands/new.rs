@@ -15,9 +15,9 @@ use std::path::Path;
 
 use supple_text::shell_word;
 
-use crate::Outcome;
 use crate::arguments::{ModelKind, NewOptions};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, write_new};
 use ask::Asked;
 

@@ -4,9 +4,9 @@ use clap::ValueEnum;
 use supple_figures::{FigureError, Kind, draw, render};
 use supple_study::{Folder, check_writable, write_text};
 
-use crate::Outcome;
 use crate::arguments::{FigureArgument, Format, PlotOptions, Width};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, warn, warn_changed};
 
 /// Checks that this program can draw figures.

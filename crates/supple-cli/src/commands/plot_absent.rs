@@ -1,8 +1,8 @@
 //! `supple plot` in a program that was built without figures.
 
-use crate::Outcome;
 use crate::arguments::PlotOptions;
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 
 /// Checks that this program can draw figures.
 ///

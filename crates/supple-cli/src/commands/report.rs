@@ -3,9 +3,9 @@ use std::path::Path;
 use supple_report::ReportError;
 use supple_study::{Folder, check_writable, write_text};
 
-use crate::Outcome;
 use crate::arguments::ReportOptions;
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, warn_changed};
 
 /// `supple report DIR...`

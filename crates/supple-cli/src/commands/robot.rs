@@ -16,9 +16,9 @@ use supple_study::write_text;
 
 pub use planning::Planning;
 
-use crate::Outcome;
 use crate::arguments::{RobotFormat, RobotOptions};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, warn};
 
 /// Gravity where neither the command nor the file says otherwise, m/s^2.

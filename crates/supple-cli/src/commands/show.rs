@@ -1,8 +1,8 @@
 use supple_study::{Folder, StudyResult};
 
-use crate::Outcome;
 use crate::arguments::ShowOptions;
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{print_text, warn_changed};
 use crate::present::print;
 

@@ -3,9 +3,9 @@ use std::process::{Command, Stdio};
 use clap::ValueEnum;
 use supple_study::{Folder, StudyResult};
 
-use crate::Outcome;
 use crate::arguments::{AtArgument, ValidateOptions};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 
 /// Python packages that it requires, and how to install each.
 const PACKAGES: [(&str, &str); 2] =

@@ -121,25 +121,24 @@ fn beside(value: f64, uncertainty: f64) -> String {
 
 /// How two designs compare, in a sentence for growth and one for the cost at the greatest level.
 fn comparison(study: &Robustness, comparison: &Comparison) -> String {
-    let Comparison { design, other, levels, growths, difference, interval_95, p_value, at_greatest, .. } = comparison;
+    let Comparison { design, other, levels, growths, growth, at_greatest, .. } = comparison;
     let (design, other) = (&study.designs[*design].name, &study.designs[*other].name);
     let [least, greatest] = levels.map(|level| study.options.vary.values[level]);
     let name = &study.options.vary.parameter;
-    if !difference.is_finite() {
+    if !growth.difference.is_finite() {
         let cause = match study.cells.iter().any(RobustCell::is_missing) {
             true => "not all costs were computed",
             false => "roll-outs diverged or failed",
         };
         return format!("{design} cannot be compared with {other}: {cause}.\n");
     }
-    let growth = Paired { difference: *difference, interval_95: *interval_95, p_value: *p_value };
     let mut text = format!(
         "From {name} = {} to {} the cost of {design} grows by {}, the cost of {other} by {}: {}.\n",
         number(least),
         with_unit(greatest, &study.options.vary.unit),
         beside(growths[0], growth.half_width()),
         beside(growths[1], growth.half_width()),
-        verdict(&growth, ["less", "more"])
+        verdict(growth, ["less", "more"])
     );
     if at_greatest.difference.is_finite() {
         let verdict = verdict(at_greatest, ["cheaper", "more expensive"]);

@@ -24,7 +24,7 @@ pub struct Served {
 
 impl Served {
     pub fn of(path: &Path) -> Self {
-        let loaded = LoadedTask::load(path, &[]).unwrap();
+        let loaded = LoadedTask::load(path).unwrap();
         let explorer = Arc::new(Explorer::open(loaded, Some(path.to_owned()), None).unwrap());
         let serving = Arc::clone(&explorer);
         Self { explorer, thread: Some(std::thread::spawn(move || serving.serve())) }

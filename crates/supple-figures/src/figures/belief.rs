@@ -37,7 +37,7 @@ const MOST: [usize; 2] = [12, 8];
 /// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
 /// # "#;
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
-/// # let task = LoadedTask::restore(&[source], &[])?;
+/// # let task = LoadedTask::restore(&[source])?;
 ///
 /// // The evaluation of the front page, of a task with one state.
 /// let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });

@@ -57,7 +57,7 @@ impl Quantity {
 /// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
 /// # "#;
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
-/// # let task = LoadedTask::restore(&[source], &[])?;
+/// # let task = LoadedTask::restore(&[source])?;
 ///
 /// // The task of the front page, with the variance of its measurement as a parameter.
 /// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];

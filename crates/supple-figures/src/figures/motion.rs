@@ -33,7 +33,7 @@ const ARROW: f64 = 0.3;
 /// use supple_study::{Folder, LoadedTask, Made, Watch};
 ///
 /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml");
-/// let task = LoadedTask::load(Path::new(file), &[])?;
+/// let task = LoadedTask::load(Path::new(file))?;
 /// let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
 /// let result = work.run(&task, None, Watch::default())?;
 /// let folder = Folder { path: "press".into(), made: Made::of(&task, work), result };

@@ -47,7 +47,7 @@ struct Front<'a> {
 /// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
 /// # "#;
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
-/// # let task = LoadedTask::restore(&[source], &[])?;
+/// # let task = LoadedTask::restore(&[source])?;
 ///
 /// // The task of the front page, with the variance of its measurement as a parameter and a cost limit of 2.
 /// let work = Work::Pareto(ParetoOptions { points: 3, starts: 1, seed: 0 });

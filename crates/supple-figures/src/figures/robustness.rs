@@ -32,7 +32,7 @@ use crate::{FigureError, words};
 /// #     costs = [{ kind = "quadratic", Q = [[1.0]], R = [[1.0]] }]
 /// # "#;
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
-/// # let task = LoadedTask::restore(&[source], &[])?;
+/// # let task = LoadedTask::restore(&[source])?;
 ///
 /// // The task of the front page, with the variance of its process noise as the parameter `drive`.
 /// let vary = Axis::parse("drive=log:1e-4:1e-2:3", &task)?;

@@ -19,7 +19,7 @@ use supple_study::{Folder, LoadedTask, Made, Silent, StudyResult, Watch};
 
 pub fn task() -> LoadedTask {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass_small.toml");
-    LoadedTask::load(&path, &[]).unwrap()
+    LoadedTask::load(&path).unwrap()
 }
 
 pub fn folder(name: &str, result: StudyResult) -> Folder {

@@ -1,6 +1,5 @@
 mod noise;
-
-use std::collections::BTreeMap;
+mod reader;
 
 use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -9,18 +8,19 @@ use supple::plan::{PlanMode, bounds_of};
 use supple_lqg::{ControlBounds, Dimensions};
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
-use supple_model::document::{Content, Document, Place, Spanned, Unfit};
+use supple_model::document::{Content, Document, Place, Spanned};
 use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::noise::NoiseModel;
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
-use supple_text::{FileError, digits, quoted, significant};
+use supple_text::{FileError, digits, significant};
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
 use crate::followed;
-use crate::rows::{Guess, Rows, by_name};
+use crate::rows::{Guess, Rows};
 use noise::NoiseFile;
+use reader::Reader;
 
 /// Reads a count of at least 1. 0 is refused later, when the maximum is known.
 fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
@@ -227,25 +227,7 @@ pub(super) fn read(
     Ok((tasks, warnings))
 }
 
-/// Reads one task.
-pub(super) struct Reader<'a> {
-    pub(super) document: &'a Document<'a>,
-    pub(super) index: usize,
-    pub(super) parameters: &'a Parameters,
-    kinds: &'a Kinds,
-}
-
 impl Reader<'_> {
-    /// The error of what does not fit in the task.
-    fn unfit(&self, unfit: Unfit) -> FileError {
-        unfit.at(self.document, &["tasks".into(), self.index.into()])
-    }
-
-    pub(super) fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
-        let at: Vec<Place> = ["tasks".into(), self.index.into()].into_iter().chain(keys.iter().copied()).collect();
-        self.document.error(&at, message)
-    }
-
     fn read(&self, model: &dyn AnyModel) -> Result<Task, FileError> {
         let size = model.dimensions();
         let file: TaskFile = self.document.read(&["tasks".into(), self.index.into()])?;
@@ -259,11 +241,11 @@ impl Reader<'_> {
         let of_model = if file.enforce_effort_limits { model.limits() } else { Vec::new() };
         let mut without = followed.clone();
         let boxed: Vec<_> = without.iter_mut().flat_map(Followed::take_control_bounds).collect();
-        let mut control_bounds = bounds_of(&of_model, &boxed, size.controls);
+        let mut control_bounds = bounds_of(of_model.iter().chain(&boxed), size.controls);
         // Bounds that exclude one another remain limits: the plan then reports which of them it exceeds.
         match control_bounds.as_ref().is_none_or(ControlBounds::can_be_kept) {
             true => followed = without,
-            false => control_bounds = bounds_of(&of_model, &[], size.controls),
+            false => control_bounds = bounds_of(&of_model, size.controls),
         }
         let efforts = Followed::efforts(&vocabulary).map_err(|unfit| self.error(&[], unfit.to_string()))?;
         let efforts = efforts.map(|efforts| Followed { enforced: file.enforce_effort_limits, ..efforts });
@@ -296,7 +278,7 @@ impl Reader<'_> {
             None => Vec::new(),
         };
         let system = model.system((costs, followed), file.time_step, self.parameters.len());
-        if file.enforce_effort_limits && bounds_of(&of_model, &[], size.controls).is_none() && !limits_efforts {
+        if file.enforce_effort_limits && bounds_of(&of_model, size.controls).is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
         }
@@ -337,20 +319,5 @@ impl Reader<'_> {
             cost::read(kind, table, self.document.spot(&at), context, &self.kinds.norms)
         };
         (0..count).map(read).collect()
-    }
-
-    /// Numbers by the names of states.
-    pub(super) fn named(
-        &self,
-        keys: &[Place],
-        given: &BTreeMap<String, Value>,
-        states: &[String],
-    ) -> Result<Vec<Value>, FileError> {
-        by_name(given, states).map_err(|(key, help)| {
-            let keys: Vec<Place> = keys.iter().copied().chain([Place::Key(&key)]).collect();
-            let fits = if key.contains('*') { "fits" } else { "is" };
-            let message = format!("no state {fits} `{key}`; states: {}", quoted(states));
-            FileError { help, ..self.error(&keys, message) }
-        })
     }
 }

@@ -8,7 +8,7 @@ use supple_model::model::AnyModel;
 use supple_model::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance};
 use supple_text::FileError;
 
-use super::Reader;
+use super::reader::Reader;
 use crate::rows::Rows;
 use crate::varying;
 

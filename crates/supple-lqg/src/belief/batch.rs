@@ -15,6 +15,27 @@ use crate::knots::Knots;
 use crate::semidefinite::mend;
 use crate::shape::Shape;
 
+/// Covariance `V` of the measurement noise of a batch of samples, by padded rows.
+///
+/// Example: [`correct_each`].
+#[derive(Clone, Copy, Debug)]
+pub enum SampleNoise<'a> {
+    /// One for all samples.
+    Shared(&'a [f64]),
+    /// One for each sample.
+    Each(&'a Matrices),
+}
+
+impl<'a> SampleNoise<'a> {
+    /// That of a sample.
+    fn of(self, sample: usize) -> &'a [f64] {
+        match self {
+            Self::Shared(v) => v,
+            Self::Each(each) => each.at(sample),
+        }
+    }
+}
+
 /// Updates the covariances of all samples with the measurements of one step, each with its own `C`: from `predicted` to
 /// `corrected`, with one `V` for all samples or one for each; `knots` has one entry per sample. If `picks` gives the
 /// state that each measurement is, `C` is not read.
@@ -23,7 +44,7 @@ use crate::shape::Shape;
 /// If an innovation covariance is not positive definite; the error's step is the index of the sample.
 ///
 /// ```
-/// use supple_lqg::{Belief, Knots, LinearQuadratic, constant, correct_each, predict_each};
+/// use supple_lqg::{Belief, Knots, LinearQuadratic, SampleNoise, constant, correct_each, predict_each};
 ///
 /// // Two samples with the prior variances 1 and 3; measurement noise of variance 1, process noise of variance 0.5.
 /// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
@@ -31,18 +52,13 @@ use crate::shape::Shape;
 /// let mut belief = Belief::zeros(1, 1, 1);
 /// belief.predicted.set(0, 0, 0, 1.0);
 /// belief.predicted.set(1, 0, 0, 3.0);
-/// correct_each(&knots, None, (constant(&[[1.0]]).at(0), None), &mut belief)?;
+/// correct_each(&knots, None, SampleNoise::Shared(constant(&[[1.0]]).at(0)), &mut belief)?;
 /// predict_each(&knots, constant(&[[0.5]]).at(0), &mut belief);
 /// assert!((belief.predicted.get(0, 0, 0) - 1.0).abs() < 1e-12, "1/2 + 0.5");
 /// assert!((belief.predicted.get(1, 0, 0) - 1.25).abs() < 1e-12, "3/4 + 0.5");
 /// # Ok::<(), supple_lqg::Error>(())
 /// ```
-pub fn correct_each(
-    knots: &Knots,
-    picks: Option<&[usize]>,
-    v: (&[f64], Option<&Matrices>),
-    belief: &mut Belief,
-) -> Result<(), Error> {
+pub fn correct_each(knots: &Knots, picks: Option<&[usize]>, v: SampleNoise, belief: &mut Belief) -> Result<(), Error> {
     let failed = dispatch(CorrectAll { knots, picks, v, belief });
     let what = "the innovation covariance of a filter";
     failed.map_or(Ok(()), |step| Err(Error::NotPositiveDefinite { what, step }))
@@ -61,7 +77,7 @@ struct CorrectAll<'a> {
     /// The state that each measurement measures, if they are processed sequentially.
     picks: Option<&'a [usize]>,
     /// One `V` for all samples, or one for each.
-    v: (&'a [f64], Option<&'a Matrices>),
+    v: SampleNoise<'a>,
     belief: &'a mut Belief,
 }
 
@@ -73,7 +89,7 @@ impl Job for CorrectAll<'_> {
     fn run<L: Lanes>(self) -> Self::Output {
         let shape = Shape::<Long>::of(self.knots.dimensions);
         for sample in 0..self.belief.corrected.count() {
-            let v = self.v.1.map_or(self.v.0, |each| each.at(sample));
+            let v = self.v.of(sample);
             let is_corrected = match self.picks {
                 Some(picks) => {
                     let belief = &mut *self.belief;

@@ -12,7 +12,7 @@ mod state;
 mod together;
 
 pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
-pub use batch::{correct_each, predict_each};
+pub use batch::{SampleNoise, correct_each, predict_each};
 pub(crate) use correction::Correction;
 pub use innovation::{Innovation, InnovationCovariance};
 pub use kalman::kalman;

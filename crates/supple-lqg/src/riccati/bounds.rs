@@ -10,10 +10,10 @@ pub struct ControlBounds {
 }
 
 impl ControlBounds {
-    /// Bounds of each control, `(lower, upper)` with `lower <= upper`; infinite where there is none.
+    /// Bounds of each control, `[lower, upper]` with `lower <= upper`; infinite where there is none.
     #[must_use]
-    pub fn new(bounds: &[(f64, f64)]) -> Self {
-        let (lower, upper) = bounds.iter().copied().unzip();
+    pub fn new(bounds: &[[f64; 2]]) -> Self {
+        let (lower, upper) = bounds.iter().map(|&[lower, upper]| (lower, upper)).unzip();
         Self { lower, upper }
     }
 

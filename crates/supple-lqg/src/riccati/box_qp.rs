@@ -261,7 +261,7 @@ mod tests {
                 gains.set(0, a, first + n, 3.0 * seed(100 + a));
             }
             let given = gains.clone();
-            let bounds: Vec<_> = (0..m).map(|a| (-seed(120 + a).abs(), seed(140 + a).abs())).collect();
+            let bounds: Vec<_> = (0..m).map(|a| [-seed(120 + a).abs(), seed(140 + a).abs()]).collect();
             let bounds = ControlBounds::new(&bounds);
             let (mut feedback, mut k) = (Matrices::zeros(1, m, n), vec![0.0; m]);
             let (mut qp, controls) = (BoxQp::new(m), Matrices::vectors(1, m));

@@ -76,7 +76,7 @@ pub fn solve_riccati(
 /// let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[1.0]], q: &[[1.0]], r: &[[1.0]] };
 /// let mut knots = Knots::linear(1, plant)?;
 /// knots.cost.set(0, 1, 2, 4.0);
-/// let (bounds, controls) = (ControlBounds::new(&[(-1.0, 1.0)]), Matrices::vectors(1, 1));
+/// let (bounds, controls) = (ControlBounds::new(&[[-1.0, 1.0]]), Matrices::vectors(1, 1));
 /// let lq = Lq {
 ///     dynamics: &knots.dynamics,
 ///     cost: &knots.cost,

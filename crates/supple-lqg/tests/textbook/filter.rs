@@ -3,8 +3,9 @@
 use nalgebra::DMatrix;
 use supple_lqg::dense::{Dense, dense, store};
 use supple_lqg::{
-    Belief, BeliefAdjoint, BeliefSeeds, Error, Information, Innovation, KnotAdjoints, Matrices, Noise, correct_each,
-    entropy_form, information, paper_form, predict_each, recursion_radius, reverse_kalman, spectral_radius,
+    Belief, BeliefAdjoint, BeliefSeeds, Error, Information, Innovation, KnotAdjoints, Matrices, Noise, SampleNoise,
+    correct_each, entropy_form, information, paper_form, predict_each, recursion_radius, reverse_kalman,
+    spectral_radius,
 };
 
 use crate::random_problem::{Problem, Random};
@@ -93,7 +94,7 @@ fn filters_in_step_with_one_another() {
         let mut batch = Belief::zeros(n, p, samples - 1);
         let priors: Vec<Dense> = (0..samples).map(|_| random.covariance(n)).collect();
         priors.iter().enumerate().for_each(|(k, prior)| store(&mut batch.predicted, k, prior));
-        let each = (noise.measurement.at(0), Some(&noise.measurement));
+        let each = SampleNoise::Each(&noise.measurement);
         correct_each(&knots, picks.as_ref().map(|picks| &picks[..]), each, &mut batch).unwrap();
         for (k, prior) in priors.iter().enumerate() {
             let (c, v) = (&problem.c[k], &problem.v[k]);
@@ -127,7 +128,7 @@ fn filters_in_step_with_one_another() {
         }
         let mut bad = noise.measurement.clone();
         store(&mut bad, 2, &(Dense::identity(p, p) * -1e6));
-        let refused = correct_each(&knots, picks.as_ref().map(|picks| &picks[..]), (bad.at(0), Some(&bad)), &mut batch);
+        let refused = correct_each(&knots, picks.as_ref().map(|picks| &picks[..]), SampleNoise::Each(&bad), &mut batch);
         let what = "the innovation covariance of a filter";
         assert_eq!(refused, Err(Error::NotPositiveDefinite { what, step: 2 }));
     }

@@ -51,8 +51,8 @@ fn sweeps_within_limits_of_the_controls() {
     for (seed, shape) in [(2, 1, 1), (3, 2, 1), (4, 3, 1), (9, 4, 1), (18, 3, 1)].into_iter().enumerate() {
         let problem = Problem::random(shape, 5, 61 + seed as u64);
         let ((n, m, _), knots, mut random) = (shape, problem.knots(), Random(5));
-        let bounds: Vec<(f64, f64)> =
-            (0..m).map(|a| if a == 3 { (f64::NEG_INFINITY, 0.2) } else { (-0.2 - 0.1 * a as f64, 0.25) }).collect();
+        let bounds: Vec<[f64; 2]> =
+            (0..m).map(|a| if a == 3 { [f64::NEG_INFINITY, 0.2] } else { [-0.2 - 0.1 * a as f64, 0.25] }).collect();
         let bounds = ControlBounds::new(&bounds);
         let mut controls = Matrices::vectors(5, m);
         (0..5).for_each(|t| controls.vector_mut(t)[..m].iter_mut().for_each(|u| *u = 0.3 * random.next()));
@@ -101,7 +101,7 @@ fn sweeps_within_limits_of_the_controls() {
 
 #[test]
 fn bounds_of_controls() {
-    let bounds = ControlBounds::new(&[(-1.0, 2.0), (0.5, 0.5)]);
+    let bounds = ControlBounds::new(&[[-1.0, 2.0], [0.5, 0.5]]);
     assert_eq!((bounds.lower(), bounds.upper()), (&[-1.0, 0.5][..], &[2.0, 0.5][..]));
     let mut u = [-3.0, 7.0];
     bounds.clamp(&mut u);

@@ -13,9 +13,6 @@ use crate::parameters::Parameters;
 use crate::quantity::{Context, Measurable, StateAndControl};
 use crate::value::symmetrise;
 
-/// Its name in files.
-pub const NAME: &str = "quadratic";
-
 /// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be positive semidefinite
 /// and symmetric; asymmetry from rounding is removed.
 #[derive(Clone, Debug, Deserialize)]

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::any::AnyModel;
 use super::compliance::{ComplianceFile, Couplings};
-use super::{AnyModel, ModelFile, PlainFile};
 use crate::cost::{NormFile, Norms};
 use crate::document::{Document, FileError, Registry};
 use crate::parameters::Parameters;
@@ -46,7 +46,7 @@ pub struct Kinds {
     /// Kinds of norms.
     pub norms: Norms,
     pub(super) couplings: Couplings,
-    models: Registry<Reads>,
+    pub(super) models: Registry<Reads>,
 }
 
 /// The source from which a model is read.
@@ -74,10 +74,10 @@ pub struct Source<'a> {
 
 /// How one kind of model is read.
 #[derive(Clone, Copy, Debug)]
-struct Reads {
-    read: fn(&Source) -> Result<Box<dyn AnyModel>, FileError>,
+pub(super) struct Reads {
+    pub read: fn(&Source) -> Result<Box<dyn AnyModel>, FileError>,
     #[cfg(feature = "schema")]
-    complete_schema: fn(&mut serde_json::Value, &mut schemars::SchemaGenerator, &Kinds),
+    pub complete_schema: fn(&mut serde_json::Value, &mut schemars::SchemaGenerator, &Kinds),
 }
 
 impl Kinds {
@@ -102,12 +102,6 @@ impl Kinds {
         self
     }
 
-    /// Adds a kind of model, replacing any kind of the same name.
-    #[must_use]
-    pub fn with_model<M: PlainFile>(self) -> Self {
-        self.with::<M>()
-    }
-
     /// Kinds of quantities, norms and compliance, and no model.
     pub(super) fn without_models() -> Self {
         Self {
@@ -116,17 +110,6 @@ impl Kinds {
             couplings: Couplings::default(),
             models: Registry::default(),
         }
-    }
-
-    pub(super) fn with<M: ModelFile>(mut self) -> Self {
-        let read = |source: &Source| M::read(source).map(|model| Box::new(model) as Box<dyn AnyModel>);
-        let reads = Reads {
-            read,
-            #[cfg(feature = "schema")]
-            complete_schema: M::complete_schema,
-        };
-        self.models.add::<M::File>(M::NAME, reads);
-        self
     }
 
     /// The names of all kinds of quantity, in order.

@@ -3,10 +3,11 @@ use supple_kernels::Scalar;
 
 use supple_lqg::Dimensions;
 
-use super::{Model, PlainFile, Point};
+use super::file::PlainFile;
 use crate::Value;
 use crate::document::Unfit;
 use crate::parameters::Parameters;
+use crate::{Model, Point};
 
 /// A linear time-invariant model: `x+ = A x + B u`, `y = C x`, already in discrete time.
 ///

@@ -2,7 +2,8 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_lqg::Dimensions;
 
-use super::{Channel, Channels, Model, PlainFile, Point};
+use super::file::PlainFile;
+use crate::{Channel, Channels, Model, Point};
 
 use crate::Value;
 use crate::contacts::{Contact, ContactState};

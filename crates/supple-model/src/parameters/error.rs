@@ -14,6 +14,14 @@ pub enum ParameterError {
         /// The valid names, in quotes, or `none`.
         valid: String,
     },
+    /// A handle of a parameter that was declared elsewhere.
+    #[error("this parameter was declared as number {number} of another problem; this one has {count}")]
+    Foreign {
+        /// Its number there, counted from 1.
+        number: usize,
+        /// How many parameters there are.
+        count: usize,
+    },
     /// A value outside the bounds, or not finite.
     #[error("parameter `{name}` = {} is outside [{}, {}]", digits(*value), digits(*lower), digits(*upper))]
     OutOfBounds {

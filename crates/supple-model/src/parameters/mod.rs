@@ -21,6 +21,8 @@
 //! # Ok::<(), ParameterError>(())
 //! ```
 
+use std::ops::Index;
+
 use serde::{Deserialize, Serialize};
 use supple_kernels::math;
 use supple_text::{digits, quoted};
@@ -28,13 +30,17 @@ use supple_text::{digits, quoted};
 use crate::document::Unfit;
 use crate::{ParameterHandle, Value, ValueError, is_name};
 
+mod declared;
 mod error;
 mod named;
 mod price;
+mod prices;
 
+pub use declared::Declared;
 pub use error::ParameterError;
 pub use named::Named;
-pub use price::{Price, PriceError, PriceReport};
+pub use price::{Price, PriceError};
+pub use prices::PriceReport;
 
 /// A named number that tasks and designs may change.
 ///
@@ -358,13 +364,11 @@ impl Parameters {
         self.design().into_iter().filter(|&index| !self.0[index].catalogue.is_empty()).collect()
     }
 
-    /// The same with the parameters at these indices held: the design search no longer changes them.
+    /// The same with these parameters held: the design search no longer changes them.
     #[must_use]
-    pub fn held(&self, indices: &[usize]) -> Self {
+    pub fn held(&self, which: impl IntoIterator<Item = ParameterHandle>) -> Self {
         let mut held = self.clone();
-        for &index in indices {
-            held.0[index].role = Role::Study;
-        }
+        which.into_iter().for_each(|parameter| held.0[parameter.index()].role = Role::Study);
         held
     }
 
@@ -391,18 +395,13 @@ impl Parameters {
         let number: f64 = value.resolve(&self.initial());
         if number.is_finite() { Ok(number) } else { Err(ValueError::NotFinite { found: number }) }
     }
+}
 
-    /// Sets one parameter in a vector of all, checking its bounds.
-    ///
-    /// # Errors
-    /// Where there is no such parameter or the value is outside its bounds.
-    pub fn set(&self, phi: &mut [f64], name: &str, value: f64) -> Result<(), ParameterError> {
-        let index = self.index(name)?;
-        let [lower, upper] = self.0[index].bounds;
-        if !(lower..=upper).contains(&value) {
-            return Err(ParameterError::OutOfBounds { name: name.to_owned(), value, lower, upper });
-        }
-        phi[index] = value;
-        Ok(())
+/// A declared parameter.
+impl Index<ParameterHandle> for Parameters {
+    type Output = Parameter;
+
+    fn index(&self, parameter: ParameterHandle) -> &Parameter {
+        &self.0[parameter.index()]
     }
 }

@@ -26,6 +26,18 @@ impl Named {
     }
 }
 
+/// ```
+/// use supple_model::Named;
+///
+/// let stiffnesses = Named::from([("hip", 300.0), ("knee", 200.0)]);
+/// assert_eq!(stiffnesses.get("knee"), Some(200.0));
+/// ```
+impl<Name: Into<String>, const COUNT: usize> From<[(Name, f64); COUNT]> for Named {
+    fn from(values: [(Name, f64); COUNT]) -> Self {
+        Self(values.map(|(name, value)| (name.into(), value)).into())
+    }
+}
+
 impl Serialize for Named {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;

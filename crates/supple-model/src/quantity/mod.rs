@@ -1,6 +1,6 @@
 //! Quantities: numbers of a robot that sensors measure, costs weigh, limits bound and curves show.
 //!
-//! To add a kind, write one file and one line in the list at the end of this file; kinds of other crates are added to
+//! To add a kind, write one file and one line in the list of `library.rs`; kinds of other crates are added to
 //! [`Kinds`](crate::Kinds).
 //!
 //! # Numbers of quantities
@@ -62,6 +62,7 @@ mod joint_position;
 mod joint_torque;
 mod joint_velocity;
 mod kinds;
+mod library;
 mod penetration;
 mod power;
 mod sensor;
@@ -227,34 +228,5 @@ pub trait Measurable: Debug + Send + Sync + 'static {
 fn pick<S: Copy>(from: &[S], places: &[usize], out: &mut [S]) {
     for (out, &place) in out.iter_mut().zip(places) {
         *out = from[place];
-    }
-}
-
-impl Default for Kinds {
-    /// The kinds of the library.
-    fn default() -> Self {
-        let mut kinds = Self::none();
-        kinds.add::<CenterOfMass>();
-        kinds.add::<Clearance>();
-        kinds.add::<ContactForce>();
-        kinds.add::<Control>();
-        kinds.add::<CouplingDeflection>();
-        kinds.add::<CouplingForce>();
-        kinds.add::<DriveEffort>();
-        kinds.add::<FromFile>();
-        kinds.add::<FramePoint>();
-        kinds.add::<FramePose>();
-        kinds.add::<FrameTurn>();
-        kinds.add::<FrameVelocity>();
-        kinds.add::<JointAcceleration>();
-        kinds.add::<JointPosition>();
-        kinds.add::<JointTorque>();
-        kinds.add::<JointVelocity>();
-        kinds.add::<Penetration>();
-        kinds.add::<Power>();
-        kinds.add::<Signal>();
-        kinds.add::<State>();
-        kinds.add::<StateAndControl>();
-        kinds
     }
 }

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use supple_kernels::{Dual, Scalar};
 
+use super::handle::ParameterHandle;
 use super::range::Range;
 
 /// An expression of parameters. Copies are free: each distinct expression is stored once until the program exits.
@@ -88,13 +89,13 @@ impl Expression {
 
     /// The derivative by each of its parameters.
     #[must_use]
-    pub fn slopes(self, phi: &[f64]) -> Vec<(usize, f64)> {
+    pub fn slopes(self, phi: &[f64]) -> Vec<(ParameterHandle, f64)> {
         let mut all: Vec<Dual<f64, 1>> = phi.iter().map(|&value| Dual::fixed(value)).collect();
         let slope = |index: usize| {
             all[index] = Dual::variable(phi[index], 0);
             let slope = self.0.resolve(&all).tangents[0];
             all[index] = Dual::fixed(phi[index]);
-            (index, slope)
+            (ParameterHandle::at(index), slope)
         };
         self.parameters().into_iter().map(slope).collect()
     }

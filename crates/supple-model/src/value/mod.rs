@@ -16,10 +16,9 @@ pub use expression::Expression;
 use expression::{Operator, Tree};
 pub use handle::ParameterHandle;
 pub use names::Names;
-pub use read::{OneOrList, VALUE};
+pub use read::{OneOrList, OneOrMore, VALUE};
 pub use symmetric::{Asymmetry, symmetrise};
 
-use serde::{Deserialize, Deserializer};
 use supple_kernels::Scalar;
 use supple_text::digits;
 
@@ -48,12 +47,12 @@ impl Value {
         }
     }
 
-    /// The derivative by each parameter that it depends on: the parameter's index, and the slope at `phi`.
+    /// The derivative by each parameter that it depends on: the parameter, and the slope at `phi`.
     #[must_use]
-    pub fn slopes(self, phi: &[f64]) -> Vec<(usize, f64)> {
+    pub fn slopes(self, phi: &[f64]) -> Vec<(ParameterHandle, f64)> {
         match self {
             Self::Number(_) => Vec::new(),
-            Self::Parameter(parameter) => vec![(parameter.index(), 1.0)],
+            Self::Parameter(parameter) => vec![(parameter, 1.0)],
             Self::Expression(expression) => expression.slopes(phi),
         }
     }
@@ -62,41 +61,11 @@ impl Value {
     pub fn add_gradient(self, phi: &[f64], weight: f64, out: &mut [f64]) {
         match self {
             Self::Number(_) => {}
-            Self::Parameter(parameter) => out[parameter.index()] += weight,
+            Self::Parameter(parameter) => out[parameter] += weight,
             Self::Expression(_) => {
-                self.slopes(phi).into_iter().for_each(|(index, slope)| out[index] += weight * slope);
+                self.slopes(phi).into_iter().for_each(|(parameter, slope)| out[parameter] += weight * slope);
             }
         }
-    }
-
-    /// Interprets text in place of a number: the name of a parameter, or an expression of parameter names.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    fn read(
-        text: &str,
-        index_of: &mut impl FnMut(&str) -> Option<usize>,
-        declared: &[String],
-    ) -> Result<Self, ValueError> {
-        if let Some(index) = index_of(text) {
-            return Ok(Self::Parameter(ParameterHandle::at(index)));
-        }
-        if text.trim().is_empty() {
-            return Err(ValueError::Empty { text: text.to_owned() });
-        }
-        if text.parse::<f64>().is_ok() {
-            return Err(undeclared(text, declared));
-        }
-        let known = |name: &str| index_of(name).ok_or_else(|| undeclared(name, declared));
-        // `a-b` may be intended as a name or as a difference.
-        let tree = parse::parse(text, &mut { known })
-            .map_err(|error| if is_name(text) { undeclared(text, declared) } else { error })?;
-        let expression = Expression::new(tree);
-        if !expression.parameters().is_empty() {
-            return Ok(Self::Expression(expression));
-        }
-        let number = expression.resolve::<f64>(&[]);
-        if number.is_finite() { Ok(Self::Number(number)) } else { Err(ValueError::NotANumber { found: number }) }
     }
 
     /// This times another value.
@@ -190,14 +159,6 @@ impl Default for Value {
     }
 }
 
-/// The error for text in place of a number that is not the name of a parameter.
-fn undeclared(name: &str, declared: &[String]) -> ValueError {
-    match name.parse::<f64>() {
-        Ok(_) => ValueError::Quoted { text: name.to_owned() },
-        Err(_) => ValueError::Undeclared { name: name.to_owned(), declared: declared.to_vec() },
-    }
-}
-
 /// Whether parameters may have this name: letters, digits, `_`, `-` and `.`.
 ///
 /// ```
@@ -233,55 +194,6 @@ impl schemars::JsonSchema for Value {
         schemars::json_schema!({
             "description": "A number, the name of a parameter declared under [parameters], or an expression of such names",
             "anyOf": [{ "type": "number" }, { "type": "string", "minLength": 1 }]
-        })
-    }
-}
-
-/// One number, or a list of them.
-///
-/// ```
-/// use supple_model::Value;
-/// use supple_model::value::OneOrMore;
-///
-/// let one = OneOrMore(vec![Value::Number(2.0)]);
-/// assert_eq!(one.each(3), Ok(vec![Value::Number(2.0); 3]));
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct OneOrMore(pub Vec<Value>);
-
-impl OneOrMore {
-    /// The number of each of `len` entries.
-    ///
-    /// # Errors
-    /// If there is neither one number nor `len` of them.
-    pub fn each(self, len: usize) -> Result<Vec<Value>, ValueError> {
-        match self.0 {
-            list if list.len() == len => Ok(list),
-            list if list.len() == 1 => Ok(vec![list[0]; len]),
-            list => Err(ValueError::Count { expected: len, found: list.len() }),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for OneOrMore {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        OneOrList::deserialize(deserializer).map(|given| match given {
-            OneOrList::One(value) => Self(vec![value]),
-            OneOrList::List(list) => Self(list),
-        })
-    }
-}
-
-#[cfg(feature = "schema")]
-impl schemars::JsonSchema for OneOrMore {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "OneOrMore".into()
-    }
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let value = generator.subschema_for::<Value>();
-        schemars::json_schema!({
-            "description": "A number, or a list of numbers",
-            "anyOf": [value, { "type": "array", "items": value }]
         })
     }
 }

@@ -4,7 +4,11 @@ use std::collections::BTreeMap;
 use serde::de::value::MapDeserializer;
 use serde::de::{Error, Visitor};
 
-use super::{Value, ValueError};
+use super::error::ValueError;
+use super::expression::Expression;
+use super::handle::ParameterHandle;
+use super::parse::parse;
+use super::{Value, is_name};
 
 /// The names of parameters that the values of a file may use, and which of them were used.
 ///
@@ -69,5 +73,45 @@ impl Names {
     pub fn unused(&self) -> Option<&str> {
         let index = self.used.borrow().iter().position(|used| !used)?;
         Some(&self.declared[index])
+    }
+}
+
+impl Value {
+    /// Interprets text in place of a number: the name of a parameter, or an expression of parameter names.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn read(
+        text: &str,
+        index_of: &mut impl FnMut(&str) -> Option<usize>,
+        declared: &[String],
+    ) -> Result<Self, ValueError> {
+        if let Some(index) = index_of(text) {
+            return Ok(Self::Parameter(ParameterHandle::at(index)));
+        }
+        if text.trim().is_empty() {
+            return Err(ValueError::Empty { text: text.to_owned() });
+        }
+        if text.parse::<f64>().is_ok() {
+            return Err(undeclared(text, declared));
+        }
+        let known = |name: &str| index_of(name).ok_or_else(|| undeclared(name, declared));
+        // `a-b` may be intended as a name or as a difference.
+        let tree = parse(text, &mut { known })
+            .map_err(|error| if is_name(text) { undeclared(text, declared) } else { error })?;
+        let expression = Expression::new(tree);
+        if !expression.parameters().is_empty() {
+            return Ok(Self::Expression(expression));
+        }
+        let number = expression.resolve::<f64>(&[]);
+        if number.is_finite() { Ok(Self::Number(number)) } else { Err(ValueError::NotANumber { found: number }) }
+    }
+}
+
+/// The error for text in place of a number that is not the name of a parameter.
+fn undeclared(name: &str, declared: &[String]) -> ValueError {
+    match name.parse::<f64>() {
+        Ok(_) => ValueError::Quoted { text: name.to_owned() },
+        Err(_) => ValueError::Undeclared { name: name.to_owned(), declared: declared.to_vec() },
     }
 }

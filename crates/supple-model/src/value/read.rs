@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::de::{self, Deserialize, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 
-use super::{Names, Value};
+use super::Value;
+use super::error::ValueError;
+use super::names::Names;
 
 /// The newtype name by which values identify themselves to readers.
 pub const VALUE: &str = "$supple::Value";
@@ -106,5 +108,54 @@ impl<'de> Deserialize<'de> for OneOrList {
         }
 
         deserializer.deserialize_newtype_struct(VALUE, Either)
+    }
+}
+
+/// One number, or a list of them.
+///
+/// ```
+/// use supple_model::Value;
+/// use supple_model::value::OneOrMore;
+///
+/// let one = OneOrMore(vec![Value::Number(2.0)]);
+/// assert_eq!(one.each(3), Ok(vec![Value::Number(2.0); 3]));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneOrMore(pub Vec<Value>);
+
+impl OneOrMore {
+    /// The number of each of `len` entries.
+    ///
+    /// # Errors
+    /// If there is neither one number nor `len` of them.
+    pub fn each(self, len: usize) -> Result<Vec<Value>, ValueError> {
+        match self.0 {
+            list if list.len() == len => Ok(list),
+            list if list.len() == 1 => Ok(vec![list[0]; len]),
+            list => Err(ValueError::Count { expected: len, found: list.len() }),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for OneOrMore {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        OneOrList::deserialize(deserializer).map(|given| match given {
+            OneOrList::One(value) => Self(vec![value]),
+            OneOrList::List(list) => Self(list),
+        })
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for OneOrMore {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "OneOrMore".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let value = generator.subschema_for::<Value>();
+        schemars::json_schema!({
+            "description": "A number, or a list of numbers",
+            "anyOf": [value, { "type": "array", "items": value }]
+        })
     }
 }

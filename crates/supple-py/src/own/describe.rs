@@ -134,7 +134,7 @@ impl DescribedTask {
         let bounds = self.control_bounds.map(|[lower, upper]| {
             let or = |bound: Option<f64>, infinite: f64| bound.unwrap_or(infinite);
             let pairs = lower.into_iter().zip(upper);
-            pairs.map(|(lower, upper)| (or(lower, f64::NEG_INFINITY), or(upper, f64::INFINITY))).collect::<Vec<_>>()
+            pairs.map(|(lower, upper)| [or(lower, f64::NEG_INFINITY), or(upper, f64::INFINITY)]).collect::<Vec<_>>()
         });
         let mut channels = system.channels();
         // States are addressed by the system's names, whatever names are shown to people.

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use supple::system::{Arrays, Sequence, System};
 use supple::{Channel, Channels, Matrices};
 
-use super::{Context, field};
+use super::context::{Context, field};
 use crate::errors;
 
 /// The system of a description: arrays of float64 by the names of [`Arrays`], those that are left out being `None`, and

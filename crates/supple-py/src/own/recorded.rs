@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use supple::system::{Authored, System};
 use supple::{ParameterHandle, Recorded, Value};
 
-use super::{Context, field};
+use super::context::{Context, field};
 use crate::errors;
 
 /// The system of `{"kind": "recorded", "model": JSON of a supple::Recorded, "time_step": a number or a parameter's

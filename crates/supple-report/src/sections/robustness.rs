@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use serde_json::{Value, json};
 use supple::parameters::Scale;
-use supple_study::robustness::{Comparison, PlannedFor, RobustCell, Robustness};
+use supple_study::robustness::{Comparison, Paired, PlannedFor, RobustCell, Robustness};
 
 use super::context::Context;
 use super::series::titled;
@@ -162,32 +162,33 @@ fn comparisons(study: &Robustness, task: usize) -> Markup {
 }
 
 fn compared(study: &Robustness, found: &Comparison) -> String {
+    let Paired { difference, interval_95, p_value } = found.growth;
     let name = |index: usize| study.designs.get(index).map_or("?", |design| design.name.as_str());
     let (design, other) = (name(found.design), name(found.other));
-    let p = if found.p_value < 1e-3 { "below 0.001".into() } else { format!("{:.3}", found.p_value) };
+    let p = if p_value < 1e-3 { "below 0.001".into() } else { format!("{:.3}", p_value) };
     let numbers = format!(
         "{}, paired t test: p {}",
-        supple_text::interval_95(found.interval_95, number),
-        if found.p_value < 1e-3 { p } else { format!("= {p}") }
+        supple_text::interval_95(interval_95, number),
+        if p_value < 1e-3 { p } else { format!("= {p}") }
     );
     let growth = "from the least to the greatest noise";
     let how = planning(found.planned_for);
-    if !found.difference.is_finite() || !found.p_value.is_finite() {
+    if !difference.is_finite() || !p_value.is_finite() {
         return format!(
             "Controllers {how}: {design} and {other} cannot be compared, as roll-outs diverged or are too few."
         );
     }
-    if found.p_value >= 0.05 {
+    if p_value >= 0.05 {
         return format!(
             "Controllers {how}: the growth of cost does not differ significantly {growth} of {design} and {other} \
              (mean difference {}, {numbers}).",
-            number(found.difference)
+            number(difference)
         );
     }
-    let more = if found.difference < 0.0 { "less" } else { "more" };
+    let more = if difference < 0.0 { "less" } else { "more" };
     format!(
         "Controllers {how}: {growth}, the cost of {design} grows by {} {more} than the cost of {other} ({numbers}).",
-        number(found.difference.abs())
+        number(difference.abs())
     )
 }
 

@@ -2,7 +2,7 @@
 
 use supple_kernels::Scalar;
 
-use super::{Kinematics, Wrench};
+use super::{Kinematics, LinkWrench, Wrench};
 use crate::Tree;
 use crate::pose::{add, cross};
 
@@ -11,10 +11,10 @@ use crate::pose::{add, cross};
 pub(crate) fn on_bodies<S: Scalar>(
     tree: &Tree,
     kinematics: &Kinematics<S>,
-    external: &[(usize, Wrench<S>)],
+    external: &[LinkWrench<S>],
 ) -> Vec<Wrench<S>> {
     let mut sums = vec![Wrench::zero(); tree.bodies().len()];
-    for (link, wrench) in external {
+    for LinkWrench { link, wrench } in external {
         if let Some(body) = tree.body_of(*link) {
             let place = &kinematics.bodies.links[*link];
             let force = place.rotate(wrench.force);

@@ -6,7 +6,7 @@ use super::articulated::Articulated;
 use super::external::on_bodies;
 use super::inertia::Acceleration;
 use super::inverse::along;
-use super::{Kinematics, Wrench, inverse_dynamics, mass_matrix, solve};
+use super::{Kinematics, LinkWrench, Wrench, inverse_dynamics, mass_matrix, solve};
 use crate::pose::{add, cross, dot};
 use crate::tree::Motion;
 use crate::{Numbers, Tree};
@@ -54,7 +54,7 @@ pub fn forward_dynamics<S: Scalar>(
     numbers: &Numbers<S>,
     kinematics: &Kinematics<S>,
     tau: &[S],
-    external: &[(usize, Wrench<S>)],
+    external: &[LinkWrench<S>],
 ) -> Vec<S> {
     assert_eq!(tau.len(), tree.dofs(), "wrong number of forces");
     if !tree.has_mimic() && tree.depth() > SHALLOW {
@@ -78,7 +78,7 @@ pub fn articulated_bodies<S: Scalar>(
     numbers: &Numbers<S>,
     kinematics: &Kinematics<S>,
     tau: &[S],
-    external: &[(usize, Wrench<S>)],
+    external: &[LinkWrench<S>],
 ) -> Vec<S> {
     assert!(!tree.has_mimic(), "a joint follows another");
     assert_eq!(tau.len(), tree.dofs(), "wrong number of forces");

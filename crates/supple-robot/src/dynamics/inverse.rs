@@ -5,7 +5,7 @@ use supple_kernels::Scalar;
 use super::external::on_bodies;
 use super::inertia::Acceleration;
 use super::kinematics::Moved;
-use super::{Kinematics, Wrench, passive_forces};
+use super::{Kinematics, LinkWrench, Wrench, passive_forces};
 use crate::tree::Motion;
 use crate::{Numbers, Tree};
 
@@ -13,13 +13,13 @@ use crate::{Numbers, Tree};
 /// m/s^2, including inertia, Coriolis forces, gravity and external wrenches on links: N m or N. Springs, dampers and
 /// friction in joints are left out; see [`passive_forces`].
 ///
-/// `external` lists links with the external wrenches on them, about the link's origin in the link's axes.
+/// `external` lists the external wrenches on links.
 ///
 /// # Panics
 /// If `a` does not have one entry per degree of freedom, or `kinematics` belongs to another tree.
 ///
 /// ```
-/// use supple_robot::{Kinematics, LoadOptions, Numbers, Tree, Wrench, inverse_dynamics};
+/// use supple_robot::{Kinematics, LinkWrench, LoadOptions, Numbers, Tree, Wrench, inverse_dynamics};
 /// # let text = r#"<robot name="pendulum"><link name="world"/>
 /// #     <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
 /// #     <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
@@ -32,7 +32,7 @@ use crate::{Numbers, Tree};
 /// // An external torque of 1 N m about the hinge reduces the torque of the drive by 1 N m.
 /// let push = Wrench { torque: [0.0, 1.0, 0.0], force: [0.0; 3] };
 /// let alone = inverse_dynamics(&tree, &numbers, &kinematics, &[0.0], &[])[0];
-/// let pushed = inverse_dynamics(&tree, &numbers, &kinematics, &[0.0], &[(1, push)])[0];
+/// let pushed = inverse_dynamics(&tree, &numbers, &kinematics, &[0.0], &[LinkWrench { link: 1, wrench: push }])[0];
 /// assert!((alone - pushed - 1.0).abs() < 1e-12);
 /// # Ok::<(), supple_text::FileError>(())
 /// ```
@@ -41,7 +41,7 @@ pub fn inverse_dynamics<S: Scalar>(
     numbers: &Numbers<S>,
     kinematics: &Kinematics<S>,
     a: &[S],
-    external: &[(usize, Wrench<S>)],
+    external: &[LinkWrench<S>],
 ) -> Vec<S> {
     assert_eq!(a.len(), tree.dofs(), "wrong number of accelerations");
     let moved = &kinematics.moved;

@@ -42,4 +42,4 @@ pub use mass::mass_matrix;
 pub use massless::{SingularMass, check_inertia, massless_joints};
 pub use passive::{Resisted, passive_forces, passive_forces_ahead, passive_resistance};
 pub use solve::solve;
-pub use wrench::Wrench;
+pub use wrench::{LinkWrench, Wrench};

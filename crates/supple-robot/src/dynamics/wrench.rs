@@ -16,6 +16,17 @@ pub struct Wrench<S> {
     pub force: [S; 3],
 }
 
+/// A wrench on a link, about the link's origin in the link's axes.
+///
+/// Example: [`inverse_dynamics`](crate::inverse_dynamics).
+#[derive(Clone, Copy, Debug)]
+pub struct LinkWrench<S> {
+    /// Index of the link.
+    pub link: usize,
+    /// The wrench.
+    pub wrench: Wrench<S>,
+}
+
 impl<S: Scalar> Wrench<S> {
     /// Nothing.
     #[must_use]

@@ -77,10 +77,10 @@ proptest! {
     #[test]
     fn accelerations_come_back_from_their_forces(seed: u64, joints in 1_usize..16, mimic: bool) {
         let mut case = Case::new(seed, joints, mimic);
-        let mut wrench = || (
-            case.random.below(joints + 1),
-            Wrench { torque: case.random.vector(3.0), force: case.random.vector(3.0) },
-        );
+        let mut wrench = || LinkWrench {
+            link: case.random.below(joints + 1),
+            wrench: Wrench { torque: case.random.vector(3.0), force: case.random.vector(3.0) },
+        };
         let external = [wrench(), wrench()];
         let (tree, numbers) = (&case.tree, case.numbers());
         let kinematics = Kinematics::of(tree, &numbers, &case.q, &case.v);
@@ -147,7 +147,7 @@ proptest! {
         let (tree, numbers) = (&case.tree, case.numbers());
         let kinematics = Kinematics::of(tree, &numbers, &case.q, &case.v);
         let forces = |external: &[_]| inverse_dynamics(tree, &numbers, &kinematics, &case.a, external);
-        let (alone, less) = (forces(&[]), forces(&[(link, Wrench { torque, force })]));
+        let (alone, less) = (forces(&[]), forces(&[LinkWrench { link, wrench: Wrench { torque, force } }]));
         let pose = kinematics.poses()[link];
         let wrench = [pose.rotate(torque), pose.rotate(force)].concat();
         let jacobian = frame_jacobian(tree, &kinematics, link, [0.0; 3]);

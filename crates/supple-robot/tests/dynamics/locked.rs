@@ -5,6 +5,10 @@ use supple_robot::*;
 use crate::assert_close;
 use crate::robots::{Case, GRAVITY, joint, link};
 
+fn at(joint: usize, position: f64) -> LockedJoint {
+    LockedJoint { joint, position }
+}
+
 /// The dynamics without some joints are those of the whole robot at rest in these joints.
 #[test]
 fn a_locked_robot_moves_as_the_whole_one_with_these_joints_at_rest() {
@@ -17,7 +21,7 @@ fn a_locked_robot_moves_as_the_whole_one_with_these_joints_at_rest() {
         }
         let locked: Vec<usize> = (0..n).filter(|dof| (dof + seed as usize).is_multiple_of(3)).collect();
         let kept: Vec<usize> = (0..n).filter(|dof| !locked.contains(dof)).collect();
-        let joints: Vec<_> = locked.iter().map(|&dof| (case.tree.joint_indices()[dof], case.q[dof])).collect();
+        let joints: Vec<_> = locked.iter().map(|&dof| at(case.tree.joint_indices()[dof], case.q[dof])).collect();
         let robot = case.robot.locked(&joints);
         let tree = Tree::new(&robot);
         let names: Vec<_> = kept.iter().map(|&dof| case.tree.joints()[dof].clone()).collect();
@@ -91,7 +95,7 @@ fn actuators_and_sensors_of_locked_joints_are_omitted() {
         keys: vec![key],
         ..Robot::default()
     };
-    let locked = robot.locked(&[(0, 0.3)]);
+    let locked = robot.locked(&[at(0, 0.3)]);
     let names = |robot: &Robot| {
         robot
             .actuators
@@ -121,7 +125,7 @@ fn joints_that_move_no_inertia_are_found_until_none_is_left() {
     let (tree, numbers) = (Tree::new(&robot), Numbers::of(&robot, GRAVITY));
     let found = massless_joints(&tree, &numbers, &[0.1; 3]);
     assert_eq!(found, [1, 2]);
-    let locked = robot.locked(&found.iter().map(|&dof| (tree.joint_indices()[dof], 0.0)).collect::<Vec<_>>());
+    let locked = robot.locked(&found.iter().map(|&dof| at(tree.joint_indices()[dof], 0.0)).collect::<Vec<_>>());
     let tree = Tree::new(&locked);
     assert_eq!(check_inertia(&tree, &Numbers::of(&locked, GRAVITY), &[0.1]), Ok(()));
 }

@@ -5,8 +5,9 @@ use std::fmt::Write;
 use supple::lqg::ControlBounds;
 use supple::{Channel, Controller, Dimensions, Matrices, Rows, time_of};
 
+use super::exported::ExportedController;
 use super::file::columns;
-use super::{ExportedController, names};
+use super::names;
 use crate::StudyError;
 
 /// A controller as the texts of two files.

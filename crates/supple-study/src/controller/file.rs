@@ -2,7 +2,7 @@ use serde::Serialize;
 use supple::plan::PlanStatus;
 use supple::{Channel, Matrices, Named, Rows, time_of};
 
-use super::ExportedController;
+use super::exported::ExportedController;
 
 /// What `format` says in the files of controllers.
 ///

@@ -6,7 +6,7 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::ControllerFile;
+use super::file::ControllerFile;
 use crate::StudyError;
 
 /// One array in the making.

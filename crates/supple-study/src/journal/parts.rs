@@ -124,7 +124,7 @@ impl Parts {
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let settings = DesignSettings { starts: 1, ..task.problem.design.clone() };
 /// let folder = tempfile::tempdir()?;
 /// Work::Design(Box::new(settings)).run(&task, Some(folder.path()), Watch::default())?;

@@ -25,7 +25,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page with a cost limit of 2.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let front = run(&task, &ParetoOptions { points: 3, starts: 1, seed: 0 }, None, Watch::default())?;
 //! assert_eq!(front.points.len(), 3);
 //! let (tightest, loosest) = (&front.points[0], &front.points[2]);

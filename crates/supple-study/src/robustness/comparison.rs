@@ -19,17 +19,14 @@ pub(super) fn compare(task: &LoadedTask, options: &RobustnessOptions, costs: &[C
             let growth = |design: usize| less(at(design, ends[1]), at(design, ends[0]));
             for other in (0..designs.len()).filter(|&other| other != design) {
                 let growths = [growth(design), growth(other)];
-                let between = paired(&less(&growths[0], &growths[1]));
                 comparisons.push(Comparison {
                     task,
                     planned_for,
                     design,
                     other,
                     levels: ends,
+                    growth: paired(&less(&growths[0], &growths[1])),
                     growths: growths.map(|growth| mean_and_deviation(&growth).0),
-                    difference: between.difference,
-                    interval_95: between.interval_95,
-                    p_value: between.p_value,
                     at_greatest: paired(&less(at(design, ends[1]), at(other, ends[1]))),
                 });
             }

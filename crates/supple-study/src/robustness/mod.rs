@@ -22,7 +22,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page with the process noise as the parameter `drive`.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let options = RobustnessOptions {
 //!     designs: DesignChoice::parse_list("start,noisy=variance:0.1", &task)?,
 //!     vary: Axis::parse("drive=log:1e-4:1e-2:3", &task)?,

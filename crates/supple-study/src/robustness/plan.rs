@@ -135,7 +135,7 @@ pub(super) fn plan_one(
 
 /// Whether a parameter leaves the local minima of a task where they are: of nominal plans, all but the expected cost.
 fn leaves_minima(problem: &Problem, task: &Task, (phi, parameter): (&[f64], usize)) -> bool {
-    let has = |value: &Value| value.slopes(phi).iter().any(|(index, _)| *index == parameter);
+    let has = |value: &Value| value.slopes(phi).iter().any(|(other, _)| other.index() == parameter);
     let given = task.initial_state.iter().chain(task.initial_control.iter().flatten());
     problem.planning.plan == PlanMode::Nominal
         && !task.system.depends_on(phi.len())[parameter]

@@ -161,15 +161,9 @@ pub struct Comparison {
     /// Growth of the design's cost and of the other's; means over roll-outs.
     #[serde(deserialize_with = "lenient::array")]
     pub growths: [f64; 2],
-    /// Growth of the design's cost, less growth of the other's; mean over roll-outs. NaN where a roll-out diverged.
-    #[serde(deserialize_with = "supple::or_nan")]
-    pub difference: f64,
-    /// Its 95 % confidence interval.
-    #[serde(alias = "interval", deserialize_with = "lenient::array")]
-    pub interval_95: [f64; 2],
-    /// Two-sided p-value of the hypothesis that there is no difference (paired t test).
-    #[serde(deserialize_with = "supple::or_nan")]
-    pub p_value: f64,
+    /// Growth of the design's cost, less growth of the other's.
+    #[serde(flatten)]
+    pub growth: Paired,
     /// The same of the costs at the greatest level themselves.
     pub at_greatest: Paired,
 }

@@ -19,7 +19,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let options = SensorsOptions {
 //!     count: Some(1),
 //!     goal: SensorGoal::Information,
@@ -33,100 +33,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::plan::PlanMode;
-use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth, every_measurement, select};
+use supple::sensors::{Candidate, Chosen, Goal, Selection, every_measurement, select};
 use supple_file::{ReadOptions, WithSensors};
-use supple_text::digits;
 
+mod options;
 mod report;
 
+pub use options::{SensorGoal, SensorMethod, SensorsOptions};
 pub use report::{Certificate, Search, SensorSet, SensorValue, Sensors, SetBy};
+use report::{Searched, value_of};
 
 use crate::{LoadedTask, Source, StudyError, Watch};
-
-/// What a set of sensors is chosen for.
-///
-/// Example: the [module](crate::sensors).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SensorGoal {
-    /// The least expected cost within budget and count; or, with a bound on the cost, the least price.
-    #[default]
-    Cost,
-    /// The most information within budget and count.
-    Information,
-}
-
-/// How a set of sensors is searched for.
-///
-/// Example: the [module](crate::sensors).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum SensorMethod {
-    /// One sensor after the other.
-    Greedy,
-    /// All sets; beyond 15 candidates by branch and bound, until the best one is proved.
-    Exhaustive,
-    /// Both; branch and bound gives up after 2,000 regions.
-    #[default]
-    Both,
-}
-
-/// What is asked for.
-///
-/// Example: the [module](crate::sensors).
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SensorsOptions {
-    /// Prices of all together at most.
-    pub budget: Option<f64>,
-    /// Sensors at most.
-    pub count: Option<usize>,
-    /// Limit on the expected cost: selects the cheapest set within it, or the smallest set if no sensor has a
-    /// price.
-    pub cost: Option<f64>,
-    /// What is chosen for.
-    pub goal: SensorGoal,
-    /// How.
-    pub method: SensorMethod,
-    /// The only task that is looked at; default: all of them.
-    pub task: Option<String>,
-}
-
-impl SensorsOptions {
-    fn check(&self) -> Result<(), StudyError> {
-        let wrong = |what: &str, value: f64| {
-            Err(StudyError::usage(format!("{what} must be at least 0; found {}", digits(value))))
-        };
-        match self {
-            Self { budget: Some(budget), .. } if !(*budget >= 0.0 && budget.is_finite()) => {
-                wrong("the budget", *budget)
-            }
-            Self { cost: Some(cost), .. } if !(*cost >= 0.0 && cost.is_finite()) => {
-                wrong("the bound on the expected cost", *cost)
-            }
-            Self { cost: Some(_), goal: SensorGoal::Information, .. } => Err(StudyError::usage(
-                "--cost selects the cheapest set and cannot be combined with --for information; remove one of them",
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    fn goal(&self) -> Goal {
-        match (self.cost, self.goal) {
-            (Some(cost), _) => Goal::LeastPrice { cost },
-            (None, SensorGoal::Cost) => Goal::LeastCost,
-            (None, SensorGoal::Information) => Goal::MostInformation,
-        }
-    }
-
-    fn limits(&self) -> Limits {
-        Limits { budget: self.budget, count: self.count }
-    }
-}
 
 /// Candidates of an exhaustive search; beyond them, branch and bound.
 const EXHAUSTIVE: usize = 15;
@@ -208,15 +127,6 @@ fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<St
     Ok((select(&problem, phi, candidates.collect(), only)?, kinds))
 }
 
-/// What a search of all sets found.
-struct Searched {
-    chosen: Chosen,
-    kind: Search,
-    /// In units of the goal.
-    bound: f64,
-    proved: bool,
-}
-
 /// Searches all sets, where that is asked for.
 fn search(selection: &Selection, options: &SensorsOptions, watch: Watch) -> Result<Option<Searched>, StudyError> {
     let (goal, limits) = (options.goal(), options.limits());
@@ -251,15 +161,6 @@ fn search(selection: &Selection, options: &SensorsOptions, watch: Watch) -> Resu
     Ok(Some(Searched { chosen: found.chosen, kind: Search::BranchAndBound, bound, proved }))
 }
 
-/// Expected cost, information in nats, or price of a set, by the goal.
-fn value_of(goal: Goal, chosen: &Chosen) -> f64 {
-    match goal {
-        Goal::LeastCost => chosen.worth.cost,
-        Goal::MostInformation => chosen.worth.information,
-        Goal::LeastPrice { .. } => chosen.price,
-    }
-}
-
 /// The better of two sets; the first where they are as good.
 fn better(goal: Goal, first: Option<Chosen>, second: Option<Chosen>) -> Option<Chosen> {
     let (Some(first), Some(second)) = (&first, &second) else { return first.or(second) };
@@ -269,12 +170,4 @@ fn better(goal: Goal, first: Option<Chosen>, second: Option<Chosen>) -> Option<C
     });
     let margin = 1e-9 * a.abs();
     Some(if b < a - margin { second.clone() } else { first.clone() })
-}
-
-/// What a set gains over no candidate at all: cost saved, or nats.
-fn gain(goal: Goal, none: Worth, worth: Worth) -> f64 {
-    match goal {
-        Goal::MostInformation => worth.information - none.information,
-        _ => none.cost - worth.cost,
-    }
 }

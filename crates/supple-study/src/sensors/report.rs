@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::sensors::{Chosen, Goal, Relaxation, Rule, Selection, Worth};
 
-use super::{Searched, SensorsOptions, gain, value_of};
+use super::options::SensorsOptions;
 
 /// Bits of a nat.
 const BITS: f64 = 1.0 / std::f64::consts::LN_2;
@@ -139,6 +139,15 @@ pub struct SensorValue {
     pub weight: f64,
 }
 
+/// What a search of all sets found.
+pub(super) struct Searched {
+    pub chosen: Chosen,
+    pub kind: Search,
+    /// In units of the goal.
+    pub bound: f64,
+    pub proved: bool,
+}
+
 impl SetBy {
     pub(super) fn of(rule: Option<Rule>) -> Self {
         match rule {
@@ -186,6 +195,23 @@ impl Certificate {
             ratio: greedy.zip(of_search).map(|(greedy, bound)| ratio(goal, none, greedy, bound)),
             tried: searched.map_or(0, |found| found.chosen.tried) + greedy.map_or(0, |greedy| greedy.tried),
         }
+    }
+}
+
+/// Expected cost, information in nats, or price of a set, by the goal.
+pub(super) fn value_of(goal: Goal, chosen: &Chosen) -> f64 {
+    match goal {
+        Goal::LeastCost => chosen.worth.cost,
+        Goal::MostInformation => chosen.worth.information,
+        Goal::LeastPrice { .. } => chosen.price,
+    }
+}
+
+/// What a set gains over no candidate at all: cost saved, or nats.
+fn gain(goal: Goal, none: Worth, worth: Worth) -> f64 {
+    match goal {
+        Goal::MostInformation => worth.information - none.information,
+        _ => none.cost - worth.cost,
     }
 }
 

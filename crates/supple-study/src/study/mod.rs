@@ -97,7 +97,7 @@ impl Study {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn run(&self, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
-        let task = LoadedTask::load(Path::new(&self.task), &self.set.0)?;
+        let task = LoadedTask::load(Path::new(&self.task))?.setting(&self.set)?;
         self.work.run(&task, folder, watch)
     }
 }

@@ -64,7 +64,7 @@ pub enum Found {
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page with a cost limit of 2.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let settings = DesignSettings { starts: 2, ..task.problem.design.clone() };
 /// let work = Work::Design(Box::new(settings.clone()));
 ///

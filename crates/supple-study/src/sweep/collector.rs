@@ -1,12 +1,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::Sweep;
+use super::codec;
 use super::columns::columns;
 use super::done::{Done, Started, points_done};
-use super::journal::{Rows, codec, identity};
+use super::journal::{Rows, identity};
 use super::options::SweepOptions;
 use super::point::Study;
+use super::result::Sweep;
 use super::store::Store;
 use super::unit::SweepUnit;
 use crate::journal::Journal;

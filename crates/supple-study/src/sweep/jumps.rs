@@ -1,6 +1,6 @@
 //! Jumps of costs between neighbouring points, where plans are at different local minima.
 
-use super::Sweep;
+use super::result::Sweep;
 
 /// Neighbouring costs jump where they differ by more than this many times as much as those on both sides.
 const TIMES: f64 = 8.0;

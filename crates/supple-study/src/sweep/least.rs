@@ -1,6 +1,7 @@
 //! The design of least information on a sweep's grid.
 
-use super::{Sweep, misses_contact};
+use super::columns::misses_contact;
+use super::result::Sweep;
 
 /// The point of least information: among those within all cost limits whose plans converged and make their contacts, or,
 /// where there is none, among all.

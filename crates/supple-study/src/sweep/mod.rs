@@ -23,7 +23,7 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //!
 //! // The task of the front page.
-//! let task = LoadedTask::restore(&[source], &[])?;
+//! let task = LoadedTask::restore(&[source])?;
 //! let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
 //! let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };
 //! let sweep = run(&task, &options, None, Watch::default())?;
@@ -45,6 +45,7 @@
 //! ```
 
 mod axis;
+mod codec;
 mod collector;
 mod columns;
 mod done;
@@ -56,14 +57,12 @@ mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod point;
+mod result;
 mod store;
 mod unit;
 mod work;
 
 use std::path::Path;
-
-use serde::{Deserialize, Serialize};
-use supple::plan::PlanStatus;
 
 pub use self::axis::{Axis, MOST_POINTS};
 pub use self::collector::Collector;
@@ -74,70 +73,10 @@ pub use self::least::LeastPoint;
 pub use self::options::SweepOptions;
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;
+pub use self::result::{Sweep, TABLE_CSV, TABLE_JSONL};
 pub use self::unit::{SweepUnit, SweepUnits};
 use self::work::work;
-use crate::{Cell, Column, LoadedTask, StudyError, Table, Watch, write_text};
-
-/// The table for spreadsheets and scripts.
-pub const TABLE_CSV: &str = "table.csv";
-
-/// The table as lines of JSON, from which it is read again.
-pub const TABLE_JSONL: &str = "table.jsonl";
-
-/// The result of a sweep.
-///
-/// Example: the [module](crate::sweep).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sweep {
-    /// What was asked for.
-    pub options: SweepOptions,
-    /// The columns of the table.
-    pub columns: Vec<Column>,
-    /// The table: its own files in the folder.
-    #[serde(skip)]
-    pub table: Table,
-    /// Whether all points are there.
-    pub complete: bool,
-}
-
-impl Sweep {
-    /// How many points could not be evaluated, or have a plan that did not converge or never touches a contact from which a
-    /// cost wants a force.
-    #[must_use]
-    pub fn untrusted(&self) -> usize {
-        let Table { columns, rows, .. } = &self.table;
-        let missed: Vec<usize> = (0..columns.len()).filter(|&i| misses_contact(&columns[i]).is_some()).collect();
-        let statuses: Vec<usize> = (0..columns.len()).filter(|&i| columns[i].name.ends_with(".status")).collect();
-        let error = self.table.column("error");
-        let converged = Cell::Text(PlanStatus::Converged.to_string());
-        let is_untrusted = |row: &&Vec<Cell>| {
-            error.is_some_and(|error| row[error] != Cell::Missing)
-                || missed.iter().any(|&column| row[column] == Cell::Number(1.0))
-                || statuses.iter().any(|&column| row[column] != converged)
-        };
-        rows.iter().filter(is_untrusted).count()
-    }
-
-    /// Writes `table.csv` and `table.jsonl`; with the feature `parquet`, `table.parquet` too.
-    pub(crate) fn save_table(&self, folder: &Path) -> Result<(), StudyError> {
-        #[cfg(feature = "parquet")]
-        parquet::save(&self.table, folder)?;
-        write_text(&folder.join(TABLE_CSV), self.table.to_csv().as_bytes())?;
-        write_text(&folder.join(TABLE_JSONL), self.table.to_jsonl().as_bytes())
-    }
-
-    /// Reads the table back.
-    pub(crate) fn load_table(&mut self, folder: &Path) -> Result<(), StudyError> {
-        let path = folder.join(TABLE_JSONL);
-        self.table = Table::read_jsonl(&self.columns, &path)?;
-        let (found, expected) = (self.table.rows.len(), self.options.points());
-        if self.complete && found != expected {
-            let message = format!("has {found} rows, not {expected}: it is damaged; recompute the result");
-            return Err(StudyError::kept(&path, message));
-        }
-        Ok(())
-    }
-}
+use crate::{LoadedTask, StudyError, Watch};
 
 /// Evaluates every point of a grid on all threads of the current pool; with a folder, a journal in it keeps what is
 /// done, and the same sweep resumes there. Told to stop, it ends with the points that are done.

@@ -3,7 +3,10 @@ use supple::aims::weighted_information;
 use supple::design::{Attempts, Control, InformationWeights, best_plan, cheapest_of, design, plan_at};
 use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, monte_carlo};
-use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
+use supple::{
+    Error, Matrices, ParameterHandle, Problem, Task, Trajectory, contact_reports, meets, misses_contact,
+    number_warnings,
+};
 
 use super::grid::Grid;
 use super::options::SweepOptions;
@@ -34,7 +37,8 @@ impl Study {
 
 /// The problem with the parameters on axes held, for design searches.
 fn held(task: &LoadedTask, grid: &Grid) -> Result<Problem, StudyError> {
-    let problem = Problem { parameters: task.problem.parameters.held(&grid.indices), ..task.problem.clone() };
+    let on_axes = grid.indices.iter().copied().map(ParameterHandle::at);
+    let problem = Problem { parameters: task.problem.parameters.held(on_axes), ..task.problem.clone() };
     if problem.parameters.design().is_empty() {
         let message =
             "there is nothing to design: every parameter with role = \"design\" is on an axis; leave --starts out";

@@ -2,11 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use supple::ParameterHandle;
 use supple::Problem;
 use supple::Stop;
 
 use super::*;
-use crate::{Cell, Progress, Silent};
+use crate::{Cell, Progress, Silent, Table};
 
 /// Nobody looks, and nobody stops.
 pub const RUNNING: Watch = Watch { progress: &Silent, stop: Stop::never() };
@@ -36,7 +37,7 @@ impl Progress for StopAfter {
 
 /// A shipped task with parameters of both roles.
 pub fn task() -> LoadedTask {
-    LoadedTask::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass.toml"), &[]).unwrap()
+    LoadedTask::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass.toml")).unwrap()
 }
 
 /// A plain sweep over axes.
@@ -106,7 +107,7 @@ fn designs_hold_the_parameters_on_axes() {
     let table = run(&task, &options, None, RUNNING).unwrap().table;
     assert_eq!(table.numbers("k1").unwrap(), [300.0, 500.0]);
     let mut held = super::tests::task();
-    held.problem.parameters = held.problem.parameters.held(&[0]);
+    held.problem.parameters = held.problem.parameters.held([ParameterHandle::at(0)]);
     for (point, k1) in [300.0, 500.0].into_iter().enumerate() {
         let settings = supple::design::DesignSettings { starts: 2, seed: 1, ..held.problem.design.clone() };
         let control = supple::design::Control { observer: &supple::design::NoObserver, stop: Stop::never() };

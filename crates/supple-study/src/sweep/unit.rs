@@ -3,8 +3,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use supple::Stop;
 
+use super::codec;
 use super::done::{Done, Started};
-use super::journal::codec;
 use super::options::SweepOptions;
 use super::point::{Evaluator, Study};
 use super::work::along;

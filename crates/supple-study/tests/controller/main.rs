@@ -19,7 +19,7 @@ fn repository(path: &str) -> PathBuf {
 
 /// A shipped task.
 fn shipped(name: &str) -> LoadedTask {
-    LoadedTask::load(&repository("tasks").join(name), &[]).unwrap()
+    LoadedTask::load(&repository("tasks").join(name)).unwrap()
 }
 
 /// A shipped task with `from` replaced in its file, which must be there.
@@ -27,7 +27,7 @@ fn edited(name: &str, from: &str, to: &str) -> LoadedTask {
     let mut sources = shipped(name).sources;
     assert!(sources[0].text.contains(from), "{name} has no `{from}`");
     sources[0].text = sources[0].text.replace(from, to);
-    LoadedTask::restore(&sources, &[]).unwrap()
+    LoadedTask::restore(&sources).unwrap()
 }
 
 /// A task at its initial parameters, evaluated.

@@ -1,6 +1,7 @@
 //! Results at visited designs.
 
 use supple_kernels::Matrices;
+use supple_model::ParameterHandle;
 
 use super::DesignSettings;
 use crate::aims::Unmeasured;
@@ -34,7 +35,7 @@ pub(crate) struct TaskVisit {
     /// Its bound, where it has one.
     pub bound: Option<f64>,
     /// Derivative of the bound by each parameter on which it depends.
-    pub bound_slopes: Vec<(usize, f64)>,
+    pub bound_slopes: Vec<(ParameterHandle, f64)>,
     /// The cost without measurements, if it must stay within the bound.
     pub unmeasured: Option<Unmeasured>,
     /// The information that is needed per unit by which that cost exceeds the bound, nats, if both are equal; infinite if

@@ -11,7 +11,7 @@ use crate::Error;
 use crate::film::film;
 use crate::pipeline::TaskState;
 use crate::problem::{Task, TaskAt};
-use crate::simulate::{sample, sample_number};
+use crate::simulate::{SampleId, sample, sample_number};
 
 pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostReport {
     let xi = &state.plan.policy.value_of_information;
@@ -107,7 +107,7 @@ pub(super) fn trajectory_report(
     let run = sample(task, phi, &state.plan, &state.noise, seed)?;
     let size = task.system.dimensions();
     let count = MOST_THREADS.min(rollouts).min(MOST_NUMBERS / (size.states * (task.steps + 1)));
-    let thread = |index| sample_number(task, phi, &state.plan, &state.noise, (seed, index as u64));
+    let thread = |index| sample_number(task, phi, &state.plan, &state.noise, SampleId { seed, number: index as u64 });
     let threads = (1..=count).map(thread).map(|run| Ok(run?.states)).collect::<Result<_, Error>>()?;
     Ok(TrajectoryReport {
         state_names,

@@ -1,4 +1,4 @@
-use super::sample::sample_of;
+use super::sample::{SampleId, sample_of};
 use super::{MonteCarlo, Rollouts, Sample, World, sampled};
 use crate::Error;
 use crate::controller::Controller;
@@ -27,7 +27,7 @@ impl Controller {
     /// # Errors
     /// Where a covariance is indefinite.
     pub fn sample(&self, task: &Task, phi: &[f64], seed: u64) -> Result<Sample, Error> {
-        sample_of(task, (&self.as_plan(), Some(self)), World { phi, noise: &self.noise }, (seed, 0))
+        sample_of(task, (&self.as_plan(), Some(self)), World { phi, noise: &self.noise }, SampleId { seed, number: 0 })
     }
 
     /// A plan with its trajectory and control law: all that roll-outs read of a plan.

@@ -1,5 +1,5 @@
 use supple_kernels::{Matrices, Scratch};
-use supple_lqg::{Belief, Dimensions, Innovation, Knots, Noise, correct_each, predict_each};
+use supple_lqg::{Belief, Dimensions, Innovation, Knots, Noise, SampleNoise, correct_each, predict_each};
 use supple_model::noise::{VaryingNoise, VaryingVariance};
 use supple_model::system::{Points, System, Times};
 
@@ -105,9 +105,11 @@ impl ExtendedKalman<'_> {
         if picks.is_none() {
             self.system.measurement_jacobians(at, self.phi, &mut knots.measurement, scratch);
         }
-        let shared = self.noise.measurement.at(t);
-        let each = if self.varying.is_empty() { None } else { Some(self.vary((t, means), variances)) };
-        correct_each(knots, picks, (shared, each), belief)?;
+        let noise = match self.varying {
+            [] => SampleNoise::Shared(self.noise.measurement.at(t)),
+            _ => SampleNoise::Each(self.vary((t, means), variances)),
+        };
+        correct_each(knots, picks, noise, belief)?;
         if let Some(picks) = picks {
             for (sample, said) in innovations.iter_mut().enumerate() {
                 *said = belief.take_in(sample, picks, measured.vector(sample), means.vector_mut(sample));

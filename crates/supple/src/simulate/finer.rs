@@ -1,16 +1,15 @@
 //! Roll-outs on a plant with finer steps, which show the effect of the task's time step.
 
-use super::{
-    BATCH, FinerSteps, LoopSetting, MonteCarlo, Motion, NoiseFactors, Outcome, Rollouts, Truth, Watch, World,
-    in_batches,
-};
+use super::closed_loop::{BATCH, Rollouts, in_batches};
+use super::factors::NoiseFactors;
+use super::outcome::Outcome;
+use super::setting::LoopSetting;
+use super::statistics::{FinerSteps, MonteCarlo};
+use super::truth::{Motion, PARTS, Truth, World};
+use super::watch::Watch;
 use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
-
-/// Number of parts into which a plant with finer steps divides each step of the task, and a filter each step
-/// without sub-steps.
-pub(super) const PARTS: usize = 16;
 
 /// Repeats the first of the roll-outs on a plant with finer steps. `None` for models whose integration steps cannot be
 /// refined, and if one of these roll-outs diverged.

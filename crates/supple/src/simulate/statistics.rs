@@ -3,30 +3,14 @@ use std::f64::consts::LN_2;
 use serde::{Deserialize, Serialize};
 use supple_model::or_nan;
 
-use super::LoopSetting;
+use super::outcome::Outcome;
+use super::setting::LoopSetting;
 use super::student::half_width_95;
-use super::watch::{LimitShare, Reach};
+use super::watch::LimitShare;
 use crate::problem::Task;
 
 /// 95 % of a normal variable are within so many standard deviations of its mean.
 const NORMAL_95: f64 = 1.96;
-
-/// Result of one roll-out.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Outcome {
-    /// Its cost; infinite where it diverged.
-    pub cost: f64,
-    pub diverged: bool,
-    /// The sum of `nu' S^-1 nu` over its measurements.
-    pub squared: f64,
-    /// The logarithm of the likelihood of its measurements given the states over that given past measurements, by the filter
-    /// that knows the plant best; NaN where that one failed.
-    pub nats: f64,
-    /// Which contacts touched at any of the steps that were checked.
-    pub touched: Vec<bool>,
-    /// How far it went beyond each limit that was looked at.
-    pub limits: Vec<Reach>,
-}
 
 /// A task in closed loop, sampled.
 ///

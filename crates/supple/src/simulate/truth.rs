@@ -6,6 +6,10 @@ use supple_model::system::System;
 use crate::Error;
 use crate::problem::Task;
 
+/// Number of parts into which a plant with finer steps divides each step of the task, and a filter each step
+/// without sub-steps.
+pub(super) const PARTS: usize = 16;
+
 /// Propagates true states in place of a model: from the number of a step, states (vectors of length n) and controls
 /// (vectors of length m) of all samples to their next states (vectors of length n). Numbers that are not finite are those
 /// of a sample that diverged.

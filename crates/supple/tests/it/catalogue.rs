@@ -4,6 +4,7 @@ use crate::common;
 
 use std::sync::atomic::AtomicBool;
 
+use supple::ParameterHandle;
 use supple::Problem;
 use supple::design::{
     Aim, Attempts, CatalogueMethod, Control, Design, DesignSettings, DesignStatus, Event, Observer, Searcher, design,
@@ -98,7 +99,7 @@ fn other_parameters_are_optimised_anew() {
     assert_eq!(seconds.len(), 2);
     for combination in &catalogue.designed {
         let mut held = two_masses("", "");
-        held.parameters = held.parameters.held(&[0]);
+        held.parameters = held.parameters.held([ParameterHandle::at(0)]);
         let mut phi = held.parameters.initial();
         phi[0] = combination.summary.to[0];
         let again = design(&held, &phi, &held.design, Control::default()).unwrap();

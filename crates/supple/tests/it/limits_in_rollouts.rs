@@ -1,7 +1,7 @@
 //! Limits along roll-outs: against runs one by one, within steps, in verdicts, and on every shipped task.
 
 use supple::pipeline::TaskState;
-use supple::simulate::{LimitShare, MonteCarlo, Rollouts, monte_carlo, sample_number};
+use supple::simulate::{LimitShare, MonteCarlo, Rollouts, SampleId, monte_carlo, sample_number};
 use supple::system::{Points, Times};
 use supple::{EvaluateOptions, Matrices, Problem, Scratch, Task, Verdict};
 
@@ -40,7 +40,7 @@ fn one_by_one(task: &Task, phi: &[f64], state: &TaskState, count: u64) -> Vec<(V
     let numbers: Vec<_> = task.system.followed(phi).into_iter().enumerate().filter(|(_, n)| n.is_limited()).collect();
     let mut sides = vec![(Vec::new(), Vec::new()); 2 * numbers.len()];
     for run in 0..count {
-        let run = sample_number(task, phi, &state.plan, &state.noise, (4, run)).unwrap();
+        let run = sample_number(task, phi, &state.plan, &state.noise, SampleId { seed: 4, number: run }).unwrap();
         let idle = vec![0.0; run.controls[0].len()];
         let at = |step: usize| {
             let u = run.controls.get(step).unwrap_or(&idle);

@@ -268,7 +268,7 @@ fn designs_are_found_along_belief_plans() {
 fn bounds_of_controls_are_refused_in_plain_words() {
     for mode in [PlanMode::Belief, PlanMode::Risk] {
         let mut problem = shipped("two_mass_small.toml");
-        problem.tasks[0].control_bounds = Some(supple::lqg::ControlBounds::new(&[(-1.0, 1.0)]));
+        problem.tasks[0].control_bounds = Some(supple::lqg::ControlBounds::new(&[[-1.0, 1.0]]));
         let mut state = TaskState::new(&problem.tasks[0]);
         let phi = problem.parameters.initial();
         let error = state.evaluate(&problem.tasks[0], &phi, &settings(mode), None).unwrap_err().to_string();

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use supple_robot::{Joint, JointKind, Robot, Tree};
 
 use super::planning::Planning;
-use super::words::{name, number};
-use crate::tables::{Rows, align_right as align, table};
+use super::words::{name, number, vector};
+use crate::tables::{Rows, align_right, table};
 
 /// Levels of the tree that are drawn; what hangs deeper stands at the last one, with the name of what carries it.
 const LEVELS: usize = 20;
@@ -38,14 +38,14 @@ pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], source: &str, v
         let _ = write!(page, " ({} independent)", tree.dofs());
     }
     let _ = writeln!(page, ", {} kg\n", number(mass));
-    page.push_str(&text(&link_table(robot)));
+    page.push_str(&link_table(robot).trimmed());
     if moving > 0 {
         page.push_str("\nMoving joints in the order of --q, --v and --tau; SI units and radians\n\n");
-        page.push_str(&text(&joint_table(robot, tree)));
+        page.push_str(&joint_table(robot, tree).trimmed());
     }
     if !robot.frames.is_empty() {
         page.push_str("\nFrames besides those of links\n\n");
-        page.push_str(&text(&frame_table(robot)));
+        page.push_str(&frame_table(robot).trimmed());
     }
     page.push_str(&equipment::equipment(robot, tree));
     let said = robot
@@ -84,19 +84,6 @@ fn count(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-fn vector(vector: [f64; 3]) -> String {
-    vector.map(number).join(" ")
-}
-
-fn align_right(table: &mut Rows, column: usize) {
-    align(table, column..column + 1);
-}
-
-/// The lines of a table, without blanks at their ends.
-fn text(table: &Rows) -> String {
-    table.to_string().lines().map(|line| format!("{}\n", line.trim_end())).collect()
-}
-
 /// The tree of links, with their masses and the joints that carry them.
 fn link_table(robot: &Robot) -> Rows {
     let mut carried = vec![Vec::new(); robot.links.len()];
@@ -124,7 +111,7 @@ fn link_table(robot: &Robot) -> Rows {
         let inner = if level < LEVELS { format!("{before}{}", if last { "   " } else { "│  " }) } else { before };
         push(&mut stack, link, &inner, level + 1);
     }
-    align_right(&mut table, 1);
+    align_right(&mut table, 1..2);
     table
 }
 
@@ -151,7 +138,7 @@ fn joint_table(robot: &Robot, tree: &Tree) -> Rows {
     }
     for (place, &column) in used.iter().enumerate() {
         if COLUMNS[column].1 {
-            align_right(&mut table, place);
+            align_right(&mut table, place..place + 1);
         }
     }
     table

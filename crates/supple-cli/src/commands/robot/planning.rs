@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use supple::RobotModel;
-use supple_robot::{Numbers, Robot, Tree, massless_joints};
+use supple_robot::{LockedJoint, Numbers, Robot, Tree, massless_joints};
 use supple_text::quoted;
 
 use super::words::{name, number};
@@ -37,14 +37,16 @@ impl Planning {
         let still: Vec<usize> = (0..tree.dofs()).filter(|&dof| is_still(dof) && !massless.contains(&dof)).collect();
         let names = |dofs: &[usize]| dofs.iter().map(|&dof| tree.joints()[dof].clone()).collect::<Vec<_>>();
         let all = || massless.iter().chain(&still).copied();
-        let locked: Vec<_> = all().map(|dof| (tree.joint_indices()[dof], joint(dof).neutral())).collect();
+        let locked: Vec<_> =
+            all().map(|dof| LockedJoint { joint: tree.joint_indices()[dof], position: joint(dof).neutral() }).collect();
         let lock = [names(&massless), names(&still)].concat();
         Self { still: names(&still), ..Self::without(robot.locked(&locked), lock) }
     }
 
     /// The robot with these further joints locked where they start.
     pub fn locking(&self, more: &[usize]) -> Self {
-        let joints: Vec<_> = more.iter().map(|&dof| (self.tree.joint_indices()[dof], self.start[dof])).collect();
+        let held = |&dof: &usize| LockedJoint { joint: self.tree.joint_indices()[dof], position: self.start[dof] };
+        let joints: Vec<_> = more.iter().map(held).collect();
         let names = more.iter().map(|&dof| self.tree.joints()[dof].clone());
         let planning = Self::without(self.robot.locked(&joints), self.lock.iter().cloned().chain(names).collect());
         Self { still: self.still.clone(), ..planning }

@@ -16,3 +16,8 @@ pub fn name(name: &str) -> String {
 pub fn number(value: f64) -> String {
     supple_text::short(value, 6)
 }
+
+/// The entries of a vector.
+pub fn vector(vector: [f64; 3]) -> String {
+    vector.map(number).join(" ")
+}

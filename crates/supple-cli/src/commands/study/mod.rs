@@ -14,9 +14,9 @@ use file::{Step, StudyFile};
 use super::conduct::make;
 use super::plot::check_figures;
 use super::{plot, report};
-use crate::Outcome;
 use crate::arguments::{ReportOptions, StudyCommand, StudyOptions, TaskArguments};
 use crate::failure::Failure;
+use crate::outcome::Outcome;
 use crate::output::{REPORT, note, print_text};
 use crate::progress::{STOP, listen};
 

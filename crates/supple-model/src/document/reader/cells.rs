@@ -66,6 +66,16 @@ impl<'a> Cell<'a> {
     }
 }
 
+impl Reader<'_> {
+    /// The value as a cell; `None` if it is not text, or the document is not made of cells.
+    pub(super) fn cell(&self) -> Option<Cell<'_>> {
+        match self.value.get_ref() {
+            Content::Text(text) if self.of_cells => Some(Cell { text, span: self.value.span(), names: self.names }),
+            _ => None,
+        }
+    }
+}
+
 /// The entries of a list still to be read.
 struct Words<'a> {
     words: &'a [Spanned<Content<'a>>],

@@ -8,7 +8,8 @@ use serde::forward_to_deserialize_any;
 use supple_text::{nearest, quoted};
 
 use super::Reader;
-use crate::document::read_error::ReadError;
+use crate::document::content::Content;
+use crate::document::read_error::{ReadError, name_of};
 use crate::value::as_key;
 
 /// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
@@ -26,6 +27,25 @@ pub struct Variant<'a> {
     /// Byte range of the name, if it is a key.
     pub(super) span: Option<Range<usize>>,
     pub(super) settings: Option<Reader<'a>>,
+}
+
+impl<'a> Reader<'a> {
+    /// The value as one of several names, alone or with settings; does not check that it is one of them.
+    pub fn variant(self, names: &[&str]) -> Result<Variant<'a>, ReadError> {
+        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(names)));
+        let table = match self.value.get_ref() {
+            Content::Text(name) => return Ok(Variant { name, span: None, settings: None }),
+            Content::Table(table) => table,
+            _ => return Err(wrong(&name_of(self.unexpected()))),
+        };
+        let mut entries = self.entries(table).entries;
+        match (entries.next(), entries.next()) {
+            (Some((key, settings)), None) => {
+                Ok(Variant { name: key.get_ref(), span: Some(key.span()), settings: Some(self.inside(settings)) })
+            }
+            _ => Err(wrong(&format!("a table with {} keys", table.len()))),
+        }
+    }
 }
 
 impl<'a, 'de> EnumAccess<'de> for Variant<'a> {

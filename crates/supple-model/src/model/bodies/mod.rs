@@ -7,9 +7,11 @@ use supple_robot::{JointKind, Tree};
 use crate::Value;
 
 mod numbers;
+mod overrides;
 mod situation;
 
-pub(super) use numbers::{FrameNumbers, Override, widened};
+pub(super) use numbers::widened;
+pub(super) use overrides::{FrameNumbers, Override};
 pub(super) use situation::Situation;
 pub use situation::{Forces, Own};
 

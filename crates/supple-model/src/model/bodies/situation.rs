@@ -1,6 +1,6 @@
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross};
-use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, point_jacobian};
+use supple_robot::{Kinematics, LinkWrench, Numbers, Pose, Resisted, Twist, Wrench, point_jacobian};
 
 use super::Bodies;
 use super::numbers::Place;
@@ -46,7 +46,7 @@ pub struct Forces<S> {
     /// Generalised forces on the degrees of freedom and on the coordinates that compliance adds, N m or N.
     pub(in crate::model) generalised: Vec<S>,
     /// Wrenches on links, by link, about the link's origin in its axes.
-    pub(in crate::model) wrenches: Vec<(usize, Wrench<S>)>,
+    pub(in crate::model) wrenches: Vec<LinkWrench<S>>,
 }
 
 impl<S: Scalar> Forces<S> {
@@ -60,7 +60,7 @@ impl<S: Scalar> Forces<S> {
         let place = own.now.bodies.place(frame, own.now.at);
         let force = place.pose.rotate(wrench.force);
         let torque = add(place.pose.rotate(wrench.torque), cross(place.pose.position, force));
-        self.wrenches.push((place.link, Wrench { torque, force }));
+        self.wrenches.push(LinkWrench { link: place.link, wrench: Wrench { torque, force } });
     }
 }
 

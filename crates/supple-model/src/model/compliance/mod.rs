@@ -1,6 +1,6 @@
 //! Compliance: springs, dampers and contacts that a designer adds to a robot.
 //!
-//! To add a kind, write one file and one line at the end of this file; kinds of other crates are added to
+//! To add a kind, write one file and one line in the list of `library.rs`; kinds of other crates are added to
 //! [`Kinds`](crate::Kinds).
 
 use std::fmt::Debug;
@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::bodies::{Forces, Own, Situation};
+use super::bodies::{Forces, Own};
 use crate::document::Described;
 use crate::quantity::Unfit;
 use crate::scene::ConnectionKind;
@@ -18,35 +18,17 @@ mod any;
 mod bushing;
 mod contact;
 mod elastic_joint;
+mod element;
+mod library;
 mod names;
 mod spring;
 
 pub use any::Couplings;
-pub(super) use any::{CONTACT_FORCE, Coupling, Native};
-use bushing::Bushing;
-use contact::Contact;
-use elastic_joint::ElasticJoint;
+pub(super) use any::{CONTACT_FORCE, Native};
+pub(super) use element::Element;
 pub use names::Names;
 pub(super) use names::find;
 pub(super) use spring::Spring;
-
-/// A named element of compliance, and the indices of its coordinates and constants in the state.
-#[derive(Clone, Debug)]
-pub(super) struct Element {
-    pub name: String,
-    pub kind: Coupling,
-    /// Index of its first coordinate among those that compliance adds.
-    pub coordinate: usize,
-    /// Index of its first constant.
-    pub constant: usize,
-}
-
-impl Element {
-    /// The situation as passed to the element, with its own indices.
-    pub fn own<'a, S: Scalar>(&self, now: &'a Situation<'a, S>) -> Own<'a, S> {
-        now.seen_from(self.coordinate, self.constant)
-    }
-}
 
 /// The behaviour of an element of compliance.
 ///
@@ -238,7 +220,7 @@ pub struct DryFriction<S> {
 }
 
 impl<S: Scalar> Own<'_, S> {
-    /// The resistance of a spring and damper acting on a weighted sum of positions.
+    /// The resistance of a spring and damper acting on a weighted sum of positions: their indices, each with its weight.
     #[must_use]
     pub fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
         let mut row = vec![S::zero(); self.positions().len()];
@@ -316,21 +298,5 @@ impl Drawn {
         let (along, none) = (axis.map(|entry| effort * entry), [0.0; 3]);
         let (force, torque) = if own.slides(dof) { (along, none) } else { (none, along) };
         Self { kind: ConnectionKind::Spring, from, to, force, torque }
-    }
-}
-
-impl Default for Couplings {
-    /// The kinds of the library.
-    fn default() -> Self {
-        let mut kinds = Self::none();
-        // 6-D spring and damper between two frames.
-        kinds.add::<Bushing>();
-        // Point or sphere against a wall of uncertain position.
-        kinds.add::<Contact>();
-        // Spring and damper between a motor and its joint.
-        kinds.add::<ElasticJoint>();
-        // Spring and damper beside a joint.
-        kinds.add::<Spring>();
-        kinds
     }
 }

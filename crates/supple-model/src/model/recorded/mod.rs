@@ -2,7 +2,8 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::Scalar;
 use supple_lqg::Dimensions;
 
-use super::{Channels, Model, OwnCost, Point};
+use crate::channels::Channels;
+use crate::physics::{Model, OwnCost, Point};
 
 mod composition;
 mod tape;

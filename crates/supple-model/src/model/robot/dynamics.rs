@@ -3,10 +3,11 @@
 use supple_kernels::Scalar;
 use supple_robot::{inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
 
+use super::Robot;
 use super::drive::Drive;
 use super::integrator::Integrator;
 use super::sliding::{FreeStep, Rubbing, sliding_rates};
-use super::{Point, Robot};
+use crate::Point;
 use crate::model::bodies::{Forces, Override, Situation, widened};
 use crate::model::compliance::{DryFriction, Element, Native, Resistance};
 

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::Integrator;
 use super::drive::DriveFile;
 use super::insert::InsertFile;
+use super::integrator::Integrator;
 use super::locked::Locked;
 use crate::Value;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
-use supple_robot::{Joint, JointKind, Limits, Tree};
+use supple_robot::{Joint, JointKind, Limits, LockedJoint, Tree};
 use supple_text::{FileError, degrees, digits};
 
 use crate::document::{Document, Place};
@@ -103,14 +103,14 @@ impl Locked {
         }
         let at = ["model".into(), "locked".into()];
         let tree = Tree::new(&robot);
-        let mut positions: Vec<(usize, f64)> = Vec::new();
+        let mut locked: Vec<LockedJoint> = Vec::new();
         let mut warnings = Vec::new();
         for (index, (name, position)) in listed.into_iter().enumerate() {
             let own = if matches!(self, Self::At(_)) { Place::Key(name) } else { index.into() };
             let error = |message: String| document.error(&[at[0], at[1], own], message);
             let joint =
                 joint_of(&robot, &tree, name).map_err(|(message, help)| FileError { help, ..error(message) })?;
-            if positions.iter().any(|(other, _)| *other == joint) {
+            if locked.iter().any(|other| other.joint == joint) {
                 return Err(error(format!("joint `{name}` occurs twice")));
             }
             let position = position.unwrap_or_else(|| robot.joints[joint].neutral());
@@ -120,13 +120,13 @@ impl Locked {
             if let Some((message, help)) = doubt(&robot.joints[joint], position) {
                 warnings.push(FileError { help, ..error(message) }.to_string());
             }
-            positions.push((joint, position));
+            locked.push(LockedJoint { joint, position });
         }
-        if positions.len() == tree.dofs() {
+        if locked.len() == tree.dofs() {
             let error = document.error(&at, "all moving joints are locked; there is nothing to control");
             return Err(error.with_help(format!("leave out one of {}", supple_text::quoted(tree.joints()))));
         }
-        let mut robot = robot.locked(&positions);
+        let mut robot = robot.locked(&locked);
         robot.warnings.extend_from_slice(&warnings);
         robot.every_warning.extend(warnings);
         Ok(robot)

@@ -1,38 +1,31 @@
 //! Robots of rigid bodies from URDF, SDF or MJCF files, with compliance added by the designer.
 //!
 //! ```text
-//! keys.rs, build/: task file + robot file -> Robot
+//! file.rs, keys.rs, build/: task file + robot file -> Robot
 //! ../bodies/: numbers that may be parameters, positions and motion
 //! ../compliance/, drive.rs: forces        dynamics.rs, sliding.rs: inertia and steps
 //! signals.rs: what can be measured        picture.rs: its appearance
 //! ```
 
 use std::path::PathBuf;
-use supple_kernels::Scalar;
-use supple_lqg::Dimensions;
 
-#[cfg(feature = "schema")]
-use super::Kinds;
-use super::bodies::{Bodies, Situation};
-use super::compliance::{CONTACT_FORCE, Element};
-use super::{Channel, Channels, Limit, Model, ModelFile, Point, Source};
-
+use super::bodies::Bodies;
+use super::compliance::Element;
 use crate::Value;
-use crate::channels;
-use crate::contacts::{Contact, ContactState};
-use crate::document::FileError;
-use crate::physics::{DependentJoint, FileSensor};
-use crate::quantity::{Known, Sensor, Unfit, signals_for};
-use crate::scene::Picture;
+use crate::physics::DependentJoint;
+use crate::quantity::Sensor;
 
 mod build;
 mod described;
 mod drive;
+mod drives;
 mod dynamics;
+mod file;
 mod insert;
 mod integrator;
 mod keys;
 mod locked;
+mod model;
 mod native;
 mod picture;
 mod rigid;
@@ -44,7 +37,6 @@ mod start;
 
 use drive::Drive;
 use integrator::Integrator;
-use native::{Part, run};
 
 /// A robot of rigid bodies, its drives, compliance and sensors.
 ///
@@ -102,245 +94,5 @@ impl Robot {
 
     fn constants(&self) -> usize {
         self.compliance.iter().map(|element| element.kind.constants()).sum()
-    }
-
-    /// Names and units of the states. A motor uses those of its joint, and wall positions are in m. Other constants that
-    /// compliance from other crates adds have no unit.
-    fn state_channels(&self) -> Vec<Channel> {
-        let [mut positions, mut rates, mut constants] = [const { Vec::new() }; 3];
-        let mut moves = |slides: Option<bool>| {
-            let (position, rate) = match slides {
-                Some(true) => ("m", "m/s"),
-                Some(false) => ("rad", "rad/s"),
-                None => ("", ""),
-            };
-            positions.push(position);
-            rates.push(rate);
-        };
-        (0..self.bodies.tree.dofs()).for_each(|dof| moves(Some(self.bodies.slides(dof))));
-        for Element { kind, .. } in &self.compliance {
-            (0..kind.coordinates()).for_each(|_| moves(kind.motor_of().map(|dof| self.bodies.slides(dof))));
-            constants.extend((0..kind.constants()).map(|_| if kind.has_wall() { "m" } else { "" }));
-        }
-        let units = positions.into_iter().chain(rates).chain(constants);
-        self.state_names().into_iter().zip(units).map(|(name, unit)| Channel::new(name, unit)).collect()
-    }
-}
-
-impl Model for Robot {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions {
-            states: 2 * self.positions().1 + self.constants(),
-            controls: self.drives.len(),
-            measurements: self.sensors.iter().map(|sensor| sensor.quantity.len()).sum(),
-        }
-    }
-
-    fn unknowns(&self) -> usize {
-        self.positions().1
-    }
-
-    fn balance<S: Scalar>(&self, at: &Point<S>, residual: &mut [S]) {
-        run(self, Part::Balance, at, residual);
-    }
-
-    fn mass<S: Scalar>(&self, at: &Point<S>, matrix: &mut [S]) {
-        run(self, Part::Mass, at, matrix);
-    }
-
-    fn solution<S: Scalar>(&self, at: &Point<S>) -> Option<Vec<S>> {
-        self.slides().then(|| {
-            let mut w = vec![S::zero(); self.unknowns()];
-            run(self, Part::Solution, at, &mut w);
-            w
-        })
-    }
-
-    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
-        self.integrate(at.x, at.w, at.time_step, next);
-    }
-
-    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
-        let quantities: Vec<_> = self.sensors.iter().map(|sensor| &sensor.quantity).collect();
-        let signals = signals_for(self, &quantities, at, &[]);
-        let known = Known { signals: &signals, ..Known::NONE };
-        let mut rest = y;
-        for sensor in &self.sensors {
-            let (own, others) = rest.split_at_mut(sensor.quantity.len());
-            sensor.quantity.evaluate(at, &known, own);
-            rest = others;
-        }
-    }
-
-    fn signals(&self) -> Vec<String> {
-        self.signal_names()
-    }
-
-    fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
-        run(self, Part::Signals, at, out);
-    }
-
-    fn signal_during<S: Scalar>(&self, at: &Point<S>, next: &[S], out: &mut [S]) {
-        self.signal(at, out);
-        self.move_drives_to_end(at, next, out);
-    }
-
-    fn frame_names(&self) -> Vec<String> {
-        self.bodies.frame_names().into_iter().map(str::to_owned).collect()
-    }
-
-    fn motors(&self) -> Vec<(String, String)> {
-        self.elastic_joints()
-    }
-
-    fn drives(&self) -> Vec<channels::Drive> {
-        self.drives.iter().map(|drive| self.described_drive(drive)).collect()
-    }
-
-    fn file_sensors(&self) -> Vec<FileSensor> {
-        self.sensors_of_file()
-    }
-
-    fn joint_names(&self) -> Vec<String> {
-        self.bodies.tree.joints().to_vec()
-    }
-
-    fn dependent_joints(&self) -> Vec<DependentJoint> {
-        self.dependent.clone()
-    }
-
-    fn coupling_names(&self) -> Vec<String> {
-        self.compliance.iter().map(|element| element.name.clone()).collect()
-    }
-
-    fn state_names(&self) -> Vec<String> {
-        let own = |prefix: &'static str| {
-            self.compliance.iter().flat_map(move |element| {
-                let count = element.kind.coordinates();
-                (0..count).map(move |_| format!("{prefix}.{}", element.name))
-            })
-        };
-        let joints =
-            |prefix: &'static str| self.bodies.tree.joints().iter().map(move |joint| format!("{prefix}.{joint}"));
-        let constants = self
-            .compliance
-            .iter()
-            .flat_map(|element| (0..element.kind.constants()).map(move |_| format!("c.{}", element.name)));
-        joints("q").chain(own("q")).chain(joints("v")).chain(own("v")).chain(constants).collect()
-    }
-
-    fn channels(&self) -> Channels {
-        Channels {
-            states: self.state_channels(),
-            controls: self.drives.iter().map(|drive| self.control_channel(drive)).collect(),
-            measurements: Channel::distinct(self.sensors.iter().flat_map(|sensor| sensor.channels.clone()).collect()),
-        }
-    }
-
-    fn limits(&self) -> Vec<Limit> {
-        let (_, positions) = self.positions();
-        let mut limits = Vec::new();
-        for (dof, &joint) in self.bodies.tree.joint_indices().iter().enumerate() {
-            let joint = &self.bodies.robot.joints[joint];
-            let [lower, upper] = [joint.limits.lower, joint.limits.upper];
-            limits.push(Limit::state(format!("position of joint `{}`", joint.name), dof, lower, upper));
-            let most = joint.limits.velocity;
-            limits.push(Limit::state(format!("velocity of joint `{}`", joint.name), positions + dof, -most, most));
-        }
-        for (control, drive) in self.drives.iter().enumerate() {
-            limits.extend(self.control_limits(control, drive));
-        }
-        limits.retain(|limit| limit.lower.is_finite() || limit.upper.is_finite());
-        limits
-    }
-
-    fn contacts(&self) -> Vec<Contact> {
-        let signals = Model::signals(self);
-        let place = |name: &str| signals.iter().position(|signal| *signal == format!("{name}.{CONTACT_FORCE}"));
-        let touching = self.compliance.iter().filter(|element| element.kind.is_contact());
-        touching.map(|element| Contact { name: element.name.clone(), force_signal: place(&element.name) }).collect()
-    }
-
-    fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
-        let now = Situation::of(&self.bodies, at);
-        self.compliance.iter().filter_map(|element| element.kind.contact_state(&element.own(&now))).collect()
-    }
-
-    fn substeps(&self) -> Option<usize> {
-        Some(self.substeps)
-    }
-
-    fn widened(&self, length: Value, speed: Value, lead: Value) -> Option<Self> {
-        let mut wide = Self { friction_widening: Some(speed), lead: Some(lead), ..self.clone() };
-        let mut any = self.has_friction();
-        for element in &mut wide.compliance {
-            if let Some(kind) = element.kind.widened(length, speed) {
-                element.kind = kind;
-                any = true;
-            }
-        }
-        any.then_some(wide)
-    }
-
-    /// Contacts are too stiff for longer steps, and friction is if it is explicit.
-    fn endures_longer_steps(&self) -> bool {
-        self.integrator == Integrator::Implicit && !self.compliance.iter().any(|element| element.kind.is_contact())
-    }
-
-    fn picture(&self, at: &Point<f64>) -> Option<Picture> {
-        Some(self.draw(at))
-    }
-
-    fn landmarks<S: Scalar>(&self, at: &Point<S>) -> Vec<[S; 3]> {
-        let mut entries = vec![S::zero(); 3 * self.landmark_count()];
-        run(self, Part::Landmarks, at, &mut entries);
-        entries.chunks_exact(3).map(|place| [place[0], place[1], place[2]]).collect()
-    }
-}
-
-impl ModelFile for Robot {
-    const NAME: &'static str = "robot";
-
-    type File = keys::File;
-
-    fn read(source: &Source) -> Result<Self, FileError> {
-        build::read(source)
-    }
-
-    fn variances(&self) -> Option<Vec<Value>> {
-        Some(self.sensors.iter().flat_map(|sensor| sensor.variances.clone()).collect())
-    }
-
-    fn recalling(&self) -> &[Sensor] {
-        &self.recalling
-    }
-
-    fn files(&self) -> Vec<PathBuf> {
-        std::iter::once(&self.file).chain(&self.bodies.robot.included).cloned().collect()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.bodies.robot.warnings.clone()
-    }
-
-    fn every_warning(&self) -> Vec<String> {
-        self.bodies.robot.every_warning.clone()
-    }
-
-    fn starts_by_itself(&self) -> bool {
-        true
-    }
-
-    fn first_state(&self, start: &super::Start) -> Result<Vec<f64>, Unfit> {
-        Robot::first_state(self, start)
-    }
-
-    fn followers(&self) -> Vec<(usize, usize)> {
-        self.motor_states()
-    }
-
-    #[cfg(feature = "schema")]
-    fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator, kinds: &Kinds) {
-        schema::complete(schema, generator, kinds);
     }
 }

@@ -3,7 +3,8 @@
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call};
 
-use super::{Point, Robot};
+use super::Robot;
+use crate::Point;
 use crate::model::compliance::Native;
 
 /// One of these functions.

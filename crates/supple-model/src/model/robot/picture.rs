@@ -3,7 +3,8 @@
 use supple_robot::vector::{add, dot, scale, sub};
 use supple_robot::{Joint, JointKind, JointNumbers, Link, Numbers};
 
-use super::{Point, Robot};
+use super::Robot;
+use crate::Point;
 use crate::model::bodies::Situation;
 use crate::model::compliance::{Drawn, Element, Native};
 use crate::scene::{

@@ -12,7 +12,7 @@ use supple::{Channel, Channels, Dimensions, Matrices, Scratch, Trajectory};
 use exchange::{Argument, Given, add, matrices, numbers, poison, row, write, write_quadratics};
 pub use exchange::{fill, read, vectors};
 
-use super::{Context, Failures, field};
+use super::context::{Context, Failures, field};
 
 /// A [`System`] that calls an object with the methods of `supple._backends.protocol.Backend`.
 ///

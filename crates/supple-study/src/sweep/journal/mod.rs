@@ -1,7 +1,5 @@
 //! The journal of a sweep: the rows that are done, and what its segments need to go on.
 
-pub(super) mod codec;
-
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -10,6 +8,7 @@ use redb::{ReadTransaction, ReadableTable, TableDefinition, WriteTransaction};
 use supple::parameters::Scale;
 
 use super::axis::Axis;
+use super::codec;
 use super::done::{Done, Started};
 use super::grid::Grid;
 use super::options::SweepOptions;
@@ -124,7 +123,7 @@ pub(super) fn rows(journal: &Journal) -> Result<Vec<Vec<Cell>>, StudyError> {
 /// # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 ///
 /// // The task of the front page.
-/// let task = LoadedTask::restore(&[source], &[])?;
+/// let task = LoadedTask::restore(&[source])?;
 /// let axes = vec![Axis::parse("variance=log:1e-3:1e-1:3", &task)?];
 /// let folder = tempfile::tempdir()?;
 /// let options = SweepOptions { axes, rollouts: 0, starts: 0, branches: 0, seed: 0 };

@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering as Atomic};
 
 use rayon::prelude::*;
+use supple_model::ParameterHandle;
 use supple_model::parameters::{CatalogueEntry, Parameter};
 
 use crate::Error;
@@ -35,7 +36,7 @@ pub(super) struct Choosing<'a> {
 impl<'a> Choosing<'a> {
     pub fn new(searcher: Searcher<'a>, continuous: &'a StartSummary, kept: &'a dyn KeptCombinations) -> Self {
         let places = searcher.problem.parameters.catalogued();
-        let parameters = searcher.problem.parameters.held(&places);
+        let parameters = searcher.problem.parameters.held(places.iter().copied().map(ParameterHandle::at));
         let held = Problem { parameters, ..searcher.problem.clone() };
         Self { searcher, held, places, continuous, kept, done: AtomicUsize::new(0), known: Known::new() }
     }

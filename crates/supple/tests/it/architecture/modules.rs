@@ -5,12 +5,12 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
 
 /// A module by the names that lead to it from the root of its crate, which has none.
 pub type Module = Vec<String>;
 
-/// That a module uses another one, neither of which is inside of the other.
+/// That a module uses another one.
 pub struct Import {
     pub from: Module,
     pub to: Module,
@@ -27,6 +27,10 @@ struct Source {
     globs: Vec<Vec<String>>,
     /// All paths of more than one name, and those of `use`.
     paths: BTreeSet<Vec<String>>,
+    /// Names by themselves, as of types and of functions that are called.
+    words: BTreeSet<String>,
+    /// What `pub use` hands on, by its name.
+    handed_on: BTreeMap<String, Vec<String>>,
 }
 
 /// A crate.
@@ -64,6 +68,7 @@ impl Crate {
         self.modules.entry(module.to_vec()).or_default();
         let tokens: Vec<TokenTree> = tokens.into_iter().collect();
         let mut at = 0;
+        let mut is_public = false;
         while at < tokens.len() {
             if is_only_for_tests(&tokens[at..]) {
                 // To the end of what it is said of.
@@ -74,7 +79,12 @@ impl Crate {
                 at += 1;
                 continue;
             }
+            let was_public = std::mem::take(&mut is_public);
             match (&tokens[at], tokens.get(at + 1), tokens.get(at + 2)) {
+                (TokenTree::Ident(word), next, _) if *word == "pub" => {
+                    at += if next.is_some_and(is_visibility) { 2 } else { 1 };
+                    is_public = true;
+                }
                 (TokenTree::Ident(word), Some(TokenTree::Ident(name)), Some(TokenTree::Group(body)))
                     if *word == "mod" =>
                 {
@@ -84,13 +94,16 @@ impl Crate {
                 }
                 (TokenTree::Ident(word), ..) if *word == "use" => {
                     let end = (at..tokens.len()).find(|&end| is_mark(&tokens[end], ';')).unwrap_or(tokens.len());
-                    self.using(&tokens[at + 1..end], &[], module);
+                    self.using(&tokens[at + 1..end], &[], (module, was_public));
                     at = end;
                 }
                 (TokenTree::Ident(_), ..) => {
                     let (path, length) = path(&tokens[at..]);
+                    let source = self.modules.entry(module.to_vec()).or_default();
                     if path.len() > 1 {
-                        self.modules.entry(module.to_vec()).or_default().paths.insert(path);
+                        source.paths.insert(path);
+                    } else if is_use(at.checked_sub(1).map(|before| &tokens[before]), &path[0], tokens.get(at + 1)) {
+                        source.words.extend(path);
                     }
                     at += length;
                 }
@@ -104,14 +117,14 @@ impl Crate {
     }
 
     /// What stands between `use` and its semicolon, or between two commas there, after `before`.
-    fn using(&mut self, tokens: &[TokenTree], before: &[String], module: &[String]) {
+    fn using(&mut self, tokens: &[TokenTree], before: &[String], (module, is_public): (&[String], bool)) {
         let (own, length) = path(tokens);
         let mut path: Vec<String> = before.iter().cloned().chain(own).collect();
         let source = self.modules.entry(module.to_vec()).or_default();
         match &tokens[length..] {
             [.., TokenTree::Group(group)] if group.delimiter() == Delimiter::Brace => {
                 let list: Vec<TokenTree> = group.stream().into_iter().collect();
-                list.split(|token| is_mark(token, ',')).for_each(|one| self.using(one, &path, module));
+                list.split(|token| is_mark(token, ',')).for_each(|one| self.using(one, &path, (module, is_public)));
             }
             [.., last] if is_mark(last, '*') => {
                 source.paths.insert(path.clone());
@@ -125,14 +138,19 @@ impl Crate {
                     [TokenTree::Ident(_), TokenTree::Ident(name)] => Some(name.to_string()),
                     _ => path.last().cloned(),
                 };
-                source.paths.insert(path.clone());
-                source.names.extend(name.map(|name| (name, path)));
+                let Some(name) = name else { return };
+                if is_public {
+                    source.handed_on.insert(name.clone(), path.clone());
+                } else {
+                    source.paths.insert(path.clone());
+                }
+                source.names.insert(name, path);
             }
         }
     }
 
     /// The modules that a path leads through, from a module on: to where what it names is defined, and to those that
-    /// hand it on.
+    /// hand it on, except for the ones that the module is in.
     fn through(&self, from: &[String], path: &[String], depth: usize) -> Vec<Module> {
         let mut at = from.to_vec();
         let mut rest = path;
@@ -147,6 +165,7 @@ impl Crate {
             (rest, is_inside) = (others, true);
         }
         let mut found = Vec::new();
+        let mut hands_on = false;
         while let Some((name, others)) = rest.split_first() {
             let child: Module = at.iter().cloned().chain([name.clone()]).collect();
             // A name at the end may be of a module and of something that is handed on.
@@ -160,6 +179,7 @@ impl Crate {
             if let Some(named) = named.filter(|_| depth < 16) {
                 let on: Vec<String> = named.iter().chain(others).cloned().collect();
                 found.extend(self.through(&at, &on, depth + 1));
+                hands_on = true;
             } else if is_inside {
                 let globs = source.map(|source| source.globs.as_slice()).unwrap_or_default();
                 for glob in globs.iter().filter(|_| depth < 16) {
@@ -169,7 +189,7 @@ impl Crate {
             }
             break;
         }
-        if is_inside {
+        if is_inside && !(hands_on && from.starts_with(&at)) {
             found.push(at);
         }
         found
@@ -179,16 +199,18 @@ impl Crate {
         self.modules.get(module).is_some_and(|source| source.names.contains_key(name))
     }
 
-    /// All imports, each once.
+    /// All imports, each once. That a module hands on what is in its submodules is none, unless it uses that itself.
     pub fn imports(&self) -> Vec<Import> {
         let mut found = BTreeMap::new();
         for (from, source) in &self.modules {
             // What is written out in full says more than a name that came by `use`.
             let is_full = |path: &&Vec<String>| ["crate", "super", "self"].iter().any(|word| path[0] == *word);
             let (full, short): (Vec<_>, Vec<_>) = source.paths.iter().partition(is_full);
-            for path in full.into_iter().chain(short) {
+            let used = full.into_iter().chain(short).map(|path| (path, true));
+            let handed_on = source.handed_on.iter().map(|(name, path)| (path, source.words.contains(name)));
+            for (path, is_used) in used.chain(handed_on) {
                 for to in self.through(from, path, 0) {
-                    if !to.starts_with(from) && !from.starts_with(&to) {
+                    if to != *from && (is_used || !to.starts_with(from)) {
                         found.entry((from.clone(), to)).or_insert_with(|| path.join("::"));
                     }
                 }
@@ -202,32 +224,55 @@ impl Crate {
     }
 }
 
-/// Imports between modules of one folder, by folder and by the names in it: the first one of each pair.
-pub fn between_siblings(imports: &[Import]) -> BTreeMap<Module, BTreeMap<String, BTreeMap<String, &Import>>> {
-    let mut found: BTreeMap<Module, BTreeMap<String, BTreeMap<String, &Import>>> = BTreeMap::new();
+/// The first import from each module to each other one.
+pub type Graph<'a, Name> = BTreeMap<Name, BTreeMap<Name, &'a Import>>;
+
+/// Imports between modules of one folder, whatever is inside of them, by folder and by the names in it.
+pub fn between_siblings(imports: &[Import]) -> BTreeMap<Module, Graph<'_, String>> {
+    let mut found: BTreeMap<Module, Graph<String>> = BTreeMap::new();
     for import in imports {
         let common = import.from.iter().zip(&import.to).take_while(|(a, b)| a == b).count();
-        let (from, to) = (&import.from[common], &import.to[common]);
+        let (Some(from), Some(to)) = (import.from.get(common), import.to.get(common)) else { continue };
         let folder = found.entry(import.from[..common].to_vec()).or_default();
         folder.entry(from.clone()).or_default().entry(to.clone()).or_insert(import);
     }
     found
 }
 
-/// The imports that lead from a module back to it on the shortest way, where there is one.
-pub fn circle<'a>(graph: &BTreeMap<String, BTreeMap<String, &'a Import>>, start: &str) -> Option<Vec<&'a Import>> {
-    let mut ways: Vec<(&str, Vec<&Import>)> = vec![(start, Vec::new())];
+/// Imports between all modules, each by itself: a module and its submodules are as any others.
+pub fn between_all(imports: &[Import]) -> Graph<'_, Module> {
+    let mut found: Graph<Module> = BTreeMap::new();
+    for import in imports {
+        found.entry(import.from.clone()).or_default().entry(import.to.clone()).or_insert(import);
+    }
+    found
+}
+
+/// All circles of a graph that have no module in common with one before, each by its imports, on the shortest way.
+pub fn circles<'a, Name: Clone + Ord>(graph: &Graph<'a, Name>) -> Vec<Vec<&'a Import>> {
+    let (mut found, mut reported) = (Vec::new(), BTreeSet::new());
+    for start in graph.keys() {
+        let Some(way) = circle(graph, start).filter(|_| !reported.contains(start)) else { continue };
+        reported.extend(way.iter().map(|(name, _)| name.clone()));
+        found.push(way.into_iter().map(|(_, import)| import).collect());
+    }
+    found
+}
+
+/// The way that leads from a module back to it, where there is one: each import with where it starts.
+fn circle<'a, Name: Clone + Ord>(graph: &Graph<'a, Name>, start: &Name) -> Option<Vec<(Name, &'a Import)>> {
+    let mut ways: Vec<(&Name, Vec<(Name, &Import)>)> = vec![(start, Vec::new())];
     let mut seen = BTreeSet::new();
     while !ways.is_empty() {
         let mut longer = Vec::new();
         for (at, way) in ways {
             for (next, import) in graph.get(at).into_iter().flatten() {
-                let way: Vec<&Import> = way.iter().copied().chain([*import]).collect();
+                let way: Vec<_> = way.iter().cloned().chain([(at.clone(), *import)]).collect();
                 if next == start {
                     return Some(way);
                 }
-                if seen.insert(next.as_str()) {
-                    longer.push((next.as_str(), way));
+                if seen.insert(next) {
+                    longer.push((next, way));
                 }
             }
         }
@@ -268,4 +313,24 @@ fn is_only_for_tests(tokens: &[TokenTree]) -> bool {
         }
         _ => false,
     }
+}
+
+/// Whether it says after `pub` who sees an item.
+fn is_visibility(token: &TokenTree) -> bool {
+    let first = |group: &Group| group.stream().into_iter().next().map(|token| token.to_string());
+    match token {
+        TokenTree::Group(group) if group.delimiter() == Delimiter::Parenthesis => {
+            first(group).is_some_and(|word| ["crate", "self", "super", "in"].contains(&word.as_str()))
+        }
+        _ => false,
+    }
+}
+
+/// Whether a name by itself, between two tokens, may be one that came by `use`: a type or constant, or a function that is
+/// called, but neither a field nor a method.
+fn is_use(before: Option<&TokenTree>, name: &str, after: Option<&TokenTree>) -> bool {
+    let is_called = matches!(after, Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Parenthesis);
+    let is_defined = matches!(before, Some(TokenTree::Ident(word)) if *word == "fn");
+    let is_member = before.is_some_and(|token| is_mark(token, '.'));
+    !is_defined && !is_member && (is_called || name.starts_with(|c: char| c.is_ascii_uppercase()))
 }

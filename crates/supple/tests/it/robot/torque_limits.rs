@@ -62,7 +62,7 @@ fn stop() -> Task {
         varying: Vec::new(),
     };
     let system = Authored::new(Mass, costs, Value::Number(TIME_STEP), 0);
-    let control_bounds = bounds_of(&system.limits(), &[], 1);
+    let control_bounds = bounds_of(&system.limits(), 1);
     Task { control_bounds, ..task(system, STEPS, numbers(&START), &[0.0], noise) }
 }
 
@@ -156,7 +156,7 @@ fn closed_loop_runs_keep_the_limits() {
 #[allow(clippy::print_stderr)]
 fn gradients_are_those_of_the_task_planned_anew() {
     let phi: Vec<f64> = BOUNDS.iter().map(|[lower, upper]| lower + 0.6 * (upper - lower)).collect();
-    for bounds in [[(-0.1, 0.9), (-0.25, 0.3)], [(0.1, 0.6), (-1.0, 0.2)]] {
+    for bounds in [[[-0.1, 0.9], [-0.25, 0.3]], [[0.1, 0.6], [-1.0, 0.2]]] {
         let task = Task { control_bounds: Some(ControlBounds::new(&bounds)), ..finger::task(25) };
         let mut state = evaluated(&task, &phi);
         let held = state.plan.policy.clamped.iter().filter(|&&held| held).count();
@@ -229,7 +229,7 @@ fn limits_that_are_not_reached_change_nothing() {
     let (mut limited, free) = (door(KEY), door(""));
     let phi = [1e4, 1e4, 1e4];
     for task in &mut limited.tasks {
-        task.control_bounds = Some(ControlBounds::new(&[(-350.0, 350.0); 7]));
+        task.control_bounds = Some(ControlBounds::new(&[[-350.0, 350.0]; 7]));
     }
     for index in 0..2 {
         let (with, without) = (planned(&limited, index, &phi), planned(&free, index, &phi));

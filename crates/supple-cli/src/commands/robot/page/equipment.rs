@@ -2,9 +2,8 @@
 
 use supple_robot::{Actuator, Key, Law, Measured, Robot, Sensor, Tree, Wall, WallShape};
 
-use super::super::words::{name, number};
-use super::{align_right, text, vector};
-use crate::tables::{Rows, table};
+use crate::commands::robot::words::{name, number, vector};
+use crate::tables::{Rows, align_right, table};
 
 /// Keyframes that are shown.
 const MOST_KEYS: usize = 20;
@@ -14,7 +13,7 @@ pub(super) fn equipment(robot: &Robot, tree: &Tree) -> String {
     let mut page = String::new();
     let mut add = |heading: &str, table: Rows, any: bool| {
         if any {
-            page.push_str(&format!("\n{heading}\n\n{}", text(&table)));
+            page.push_str(&format!("\n{heading}\n\n{}", table.trimmed()));
         }
     };
     let actuators =
@@ -52,7 +51,7 @@ fn actuator_table(robot: &Robot) -> Rows {
             range(*force),
         ]);
     }
-    (3..8).for_each(|column| align_right(&mut table, column));
+    align_right(&mut table, 3..8);
     table
 }
 

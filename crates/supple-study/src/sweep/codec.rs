@@ -1,12 +1,12 @@
-//! Rows and plans as the journal has them.
+//! Rows and plans as journals and units of work have them.
 
 use supple::{Matrices, Problem};
 
-use super::super::point::Neighbour;
+use super::point::Neighbour;
 use crate::Cell;
 
 /// A row as JSON.
-pub(in super::super) fn row_text(row: &[Cell]) -> String {
+pub(super) fn row_text(row: &[Cell]) -> String {
     let cells: Vec<serde_json::Value> = row
         .iter()
         .map(|cell| match cell {
@@ -19,12 +19,12 @@ pub(in super::super) fn row_text(row: &[Cell]) -> String {
 }
 
 /// The row of a text; `None` if it is no row.
-pub(in super::super) fn row(text: &str) -> Option<Vec<Cell>> {
+pub(super) fn row(text: &str) -> Option<Vec<Cell>> {
     serde_json::from_str(text).ok()
 }
 
 /// A point and the plans of its tasks: the controls, each vector after the other, in little-endian bytes.
-pub(in super::super) fn plan_bytes(point: usize, neighbour: &Neighbour) -> Vec<u8> {
+pub(super) fn plan_bytes(point: usize, neighbour: &Neighbour) -> Vec<u8> {
     let mut bytes = (point as u64).to_le_bytes().to_vec();
     for controls in neighbour {
         bytes.push(u8::from(controls.is_some()));
@@ -38,7 +38,7 @@ pub(in super::super) fn plan_bytes(point: usize, neighbour: &Neighbour) -> Vec<u
 }
 
 /// The point and plans of these bytes; `None` if they are not of this problem.
-pub(in super::super) fn plan(mut bytes: &[u8], problem: &Problem) -> Option<(usize, Neighbour)> {
+pub(super) fn plan(mut bytes: &[u8], problem: &Problem) -> Option<(usize, Neighbour)> {
     let point = u64::from_le_bytes(*take(&mut bytes)?);
     let mut neighbour = Neighbour::new();
     for task in &problem.tasks {
