@@ -266,6 +266,26 @@ def contacts() -> list[Problem]:
         goals = (force, Goal(0.5, at_rest=True))
         return Problem(name, two.urdf, two.joints, 500, 1e-3, costs, goals, start=start, contacts=(wall,))
 
+    def corner(name: str, start: dict[str, float], friction: float) -> Problem:
+        # The tip of two rods presses on a wall along x and on a floor along z at once.
+        tip = (WALL, 0.0, -0.5 * (math.cos(0.8) + math.cos(0.1)))
+        sides = [("wall", (-1.0, 0.0, 0.0)), ("floor", (0.0, 0.0, 1.0))]
+        both = tuple(Contact(side, "tip", normal, tip, 1e4, 0.0, friction) for side, normal in sides)
+        forces = (press("wall", 10.0, 0.01, 1.0), press("floor", 5.0, 0.01, 1.0))
+        goals = (force, Goal(0.5, frame="floor", point=(5.0,)), Goal(0.5, at_rest=True))
+        costs = (*forces, velocity(two.joints, 1e-2, 10.0), control(1e-4))
+        return Problem(name, two.urdf, two.joints, 500, 1e-3, costs, goals, start=start, contacts=both)
+
+    def squeeze(name: str, gap: float) -> Problem:
+        # Two sliders in a row, each on a wall of its own, push away from one another.
+        row = slides(2)
+        left = Contact("wall", "m1", (1.0, 0.0, 0.0), (-gap, 0.0, 0.0), 1e4)
+        right = Contact("far", "m2", (-1.0, 0.0, 0.0), (gap, 0.0, 0.0), 1e4)
+        forces = (press("wall", 10.0, 0.01, 1.0), press("far", 10.0, 0.01, 1.0))
+        goals = (force, Goal(0.5, frame="far", point=(10.0,)), at_rest)
+        costs = (*forces, velocity(row.joints, 1e-2, 10.0), control(1e-4))
+        return Problem(name, row.urdf, row.joints, 500, 1e-3, costs, goals, contacts=(left, right))
+
     pressing, coming = press("wall", 10.0, 0.01, 1.0), position({"s1": 0.1}, 10.0, 0.0)
     touching, apart = {"j1": -0.8, "j2": 0.9}, {"j1": -0.6, "j2": 0.6}
     return [
@@ -279,6 +299,11 @@ def contacts() -> list[Problem]:
         arm("arm_presses_friction", touching, 0.0, 0.5),
         arm("arm_presses_sphere", touching, 0.03, 0.3),
         arm("arm_presses_apart", apart, 0.0, 0.3),
+        corner("corner_touching", touching, 0.0),
+        corner("corner_friction", touching, 0.3),
+        corner("corner_apart", {"j1": -0.9, "j2": 1.2}, 0.0),
+        squeeze("squeeze_touching", 0.0),
+        squeeze("squeeze_apart", 0.02),
     ]
 
 

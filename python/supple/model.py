@@ -282,7 +282,10 @@ class Model:
             if is_default and error.first > 0.0:
                 plain["planning"]["tolerance"] = error._tolerance()
             text = json.dumps({**plain, "design": {**unasked, **(design or {})}})
-            return describe.made({"plain": text, "systems": [system], "derivative_error": error})
+            task = describe.made({"plain": text, "systems": [system], "derivative_error": error})
+            for warning in task.warnings:
+                LOGGER.warning("%s", warning)
+            return task
 
         system, error = self._system(near, time_step)
         try:

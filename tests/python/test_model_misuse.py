@@ -417,3 +417,26 @@ def test_doubtful_roll_outs_and_rough_derivatives_are_warnings() -> None:
     trust = found.tasks["task"].trust
     assert trust is not None and trust.verdict != "holds"
     assert len(found.warnings) == 1 + len(trust.reasons) and "relative error of" in found.warnings[0]
+
+
+def test_a_parameter_that_nothing_reads_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    model = supple.Model(
+        step=lambda x, u, p: x + 0.1 * p.gain * u,
+        observe=lambda x, p: x,
+        cost=lambda x, u, p: 0.01 * u @ u,
+        final_cost=lambda x, p: x @ x,
+        states=1,
+        controls=1,
+        measurements=1,
+        parameters={
+            "gain": supple.Parameter(1.0, bounds=(0.5, 2.0)),
+            "variance": supple.Parameter(0.1, bounds=(0.01, 1.0)),
+            "idle": supple.Parameter(3.0, bounds=(1.0, 20.0)),
+        },
+    )
+    noise = supple.Noise(initial=[1e-2], process=[1e-4], measurement=["variance"])
+    task = model.task(
+        name="go", steps=20, time_step=0.1, initial_state=[1.0], initial_control=[0.0], noise=noise, bound=2.0
+    )
+    assert task.warnings == ["parameter `idle` is declared but never used"]
+    assert task.warnings[0] in caplog.text

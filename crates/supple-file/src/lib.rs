@@ -234,7 +234,7 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
     let of_file = [angles::in_degrees(&document), of_tasks].concat();
     let warnings = [model.warnings(), of_file.clone()].concat();
     let every_warning = [model.every_warning(), of_file].concat();
-    if let Some(name) = names.unused() {
+    if let Some(name) = names.unused().first() {
         let place = ["parameters".into(), Place::Key(name)];
         let message = format!("parameter `{name}` is declared but never used");
         return Err(document

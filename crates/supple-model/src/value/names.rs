@@ -69,10 +69,10 @@ impl Names {
         }
     }
 
-    /// The first name that no value used.
-    pub fn unused(&self) -> Option<&str> {
-        let index = self.used.borrow().iter().position(|used| !used)?;
-        Some(&self.declared[index])
+    /// The names that no value used.
+    pub fn unused(&self) -> Vec<&str> {
+        let used = self.used.borrow();
+        self.declared.iter().zip(used.iter()).filter(|(_, used)| !**used).map(|(name, _)| name.as_str()).collect()
     }
 }
 

@@ -120,8 +120,17 @@ impl Described {
         let parameters = Parameters::new(parameters);
         let names = Names::new(parameters.names());
         let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters, &names));
-        let tasks = tasks.collect::<Result<_, _>>()?;
-        Ok(Problem::new(title, parameters, tasks).with_planning(planning).with_design(design))
+        let tasks: Vec<Task> = tasks.collect::<Result<_, _>>()?;
+        let is_read = |name: &str| {
+            let index = parameters.names().iter().position(|other| other == name);
+            let depends = |task: &Task| index.is_some_and(|index| task.system.depends_on(parameters.len())[index]);
+            tasks.iter().any(depends)
+        };
+        let unused = names.unused().into_iter().filter(|name| !is_read(name));
+        let warnings: Vec<String> = unused.map(|name| format!("parameter `{name}` is declared but never used")).collect();
+        let every_warning = warnings.clone();
+        let problem = Problem::new(title, parameters, tasks).with_planning(planning).with_design(design);
+        Ok(Problem { warnings, every_warning, ..problem })
     }
 }
 
