@@ -14,7 +14,7 @@ use crate::system::System;
 
 /// A model read from a file, of whatever kind.
 ///
-/// Example: [`Source`] reads one from the table shown there.
+/// Example: [`Source`](super::Source) reads one from the table shown there.
 pub trait AnyModel {
     /// Its sizes.
     fn dimensions(&self) -> Dimensions;
