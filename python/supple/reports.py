@@ -47,6 +47,8 @@ class CostReport(Record):
         belief: Cost of estimation error, ``1/2 sum Tr(Xi Sigma)``.
         process: Cost of process noise, ``1/2 sum Tr(S W)``.
         initial: Cost of initial uncertainty, ``1/2 Tr(S_0 X_0)``.
+        second_order: The expected cost with the second derivatives of dynamics and cost, to second order in deviations;
+            ``None`` without roll-outs, at limits of quantities, and for plans that are not nominal.
         bound: The cost limit; ``None`` if there is none.
         belief_per_step: ``1/2 Tr(Xi_t Sigma_t)``, (N,).
         value_of_information_per_step: ``Tr(Xi_t)``, (N,).
@@ -57,6 +59,7 @@ class CostReport(Record):
     belief: float
     process: float
     initial: float
+    second_order: float | None
     bound: float | None
     belief_per_step: Array
     value_of_information_per_step: Array

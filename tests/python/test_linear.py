@@ -422,3 +422,55 @@ def test_misuse_of_state_space_objects() -> None:
     unstable = signal.StateSpace([[1e6]], [[1.0]], [[1.0]], [[0.0]])
     with pytest.raises(supple.UsageError, match="system overflows"):
         supple.from_state_space(unstable, [1.0], [1.0], [1.0], [[1.0]], [[1.0]], N=N, time_step=1.0)
+
+
+#: A plant that is kept where it is, with a control whose bounds do not let it act, or only one way.
+UNSTABLE: dict[str, Any] = {
+    "A": [[1.0, 0.1], [0.0, 1.1]],
+    "C": [[1.0, 0.0]],
+    "W": np.diag([1e-6, 1e-4]),
+    "V": [[1e-3]],
+    "X0": 1e-2 * np.eye(2),
+    "Q": np.eye(2),
+    "R": [[0.1]],
+    "N": 30,
+}
+
+
+def test_a_control_between_equal_bounds_is_no_control() -> None:
+    def found(push: float, bounds: list[tuple[float, float]] | None) -> supple.TaskReport:
+        task = supple.linear(B=[[0.0], [push]], **UNSTABLE, control_bounds=bounds)
+        (report,) = task.evaluate(rollouts=200).tasks.values()
+        return report
+
+    none, pinned = found(0.0, None), found(0.1, [(0.0, 0.0)])
+    assert pinned.cost.expected == pytest.approx(none.cost.expected, rel=1e-12)
+    assert pinned.information.used is not None and pinned.information.used.total_bits == 0.0
+    assert pinned.monte_carlo is not None and none.monte_carlo is not None
+    assert pinned.monte_carlo.cost_mean == pytest.approx(none.monte_carlo.cost_mean, rel=1e-12)
+
+
+def test_feedback_that_bounds_cut_off_is_told() -> None:
+    task = supple.linear(B=[[0.0], [0.1]], **UNSTABLE, control_bounds=[(0.0, np.inf)])
+    (warning,) = task.evaluate(rollouts=0).warnings
+    assert "lies at its bound at 29 of 30 steps" in warning or "lies at its bound at 30 of 30 steps" in warning
+
+
+@pytest.mark.parametrize("offset", [0.0, 1.0, 20.0, 100.0])
+def test_verdicts_do_not_depend_on_what_the_plan_costs(offset: float) -> None:
+    """The cost of noise is 40 times what is expected, as a bound cuts the feedback off; the plan may cost far more than that."""
+    jnp = pytest.importorskip("jax.numpy")
+    model = supple.Model(
+        step=lambda x, u, p: jnp.asarray(UNSTABLE["A"]) @ x + jnp.array([0.0, 0.1]) * u[0],
+        observe=lambda x, p: x[:1],
+        cost=lambda x, u, p: offset + x @ x + 0.1 * u[0] ** 2,
+        final_cost=lambda x, p: x @ x,
+        states=2,
+        controls=1,
+        measurements=1,
+    )
+    noise = supple.Noise(initial=[0.01, 0.01], process=[1e-6, 1e-4], measurement=[1e-3])
+    start: dict[str, Any] = {"initial_state": [0.0, 0.0], "initial_control": [0.0]}
+    task = model.task(name="hold", steps=30, time_step=1.0, noise=noise, control_bounds=[(0.0, np.inf)], **start)
+    trust = task.evaluate(rollouts=1000).tasks["hold"].trust
+    assert trust is not None and trust.verdict != "holds"

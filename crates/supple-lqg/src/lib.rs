@@ -85,7 +85,7 @@ pub use belief::{
     predict_each, reverse_kalman, solve_column,
 };
 pub use bound::Horizon;
-pub use cost::{CostParts, cost_parts};
+pub use cost::{CostParts, cost_parts, noise_cost};
 pub use error::Error;
 pub use information::{Information, add_control_partials, control_information, entropy_form, information, paper_form};
 pub use knots::{Dimensions, KnotAdjoints, Knots, LinearQuadratic};

@@ -67,6 +67,9 @@ fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
     page + &gradient_tables(task)
 }
 
+/// Share of the cost of noise from which it is worth a row what the curvature of the dynamics adds.
+const SHOWN: f64 = 0.02;
+
 /// Information and costs of a task, expected and sampled.
 fn number_rows(at: &Evaluation, task: &TaskEvaluation) -> Rows {
     let mut rows = table(&["", "", ""]);
@@ -78,6 +81,10 @@ fn number_rows(at: &Evaluation, task: &TaskEvaluation) -> Rows {
     let names = ["  nominal", "  estimation error", "  process noise", "  initial uncertainty"];
     for (name, part) in names.into_iter().zip([parts.nominal, parts.belief, parts.process, parts.initial]) {
         rows.add_row([name, &number(part), ""]);
+    }
+    let noise = task.cost.expected - parts.nominal;
+    if let Some(cost) = task.cost.second_order.filter(|cost| (cost - task.cost.expected).abs() > SHOWN * noise.abs()) {
+        rows.add_row(["  with curvature", &number(cost), "of the dynamics, which the controller leaves out"]);
     }
     if let Some(sampled) = task.monte_carlo.as_ref().filter(|sampled| sampled.diverged > 0) {
         let note = format!("{} of {} roll-outs diverged", sampled.diverged, sampled.rollouts);

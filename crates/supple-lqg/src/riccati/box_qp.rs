@@ -150,14 +150,16 @@ impl BoxQp {
         Err(())
     }
 
-    /// Holds the controls that are at a bound with the slope `q + H k` pushing outward; returns whether that changed.
+    /// Holds the controls that are at a bound with the slope `q + H k` pushing outward, or between bounds that are equal; returns
+    /// whether that changed.
     fn find_held(&mut self) -> bool {
         let m = self.linear.len();
         let mut changed = false;
         for a in 0..m {
             self.slope[a] = self.linear[a] + rows::dot(&self.hessian[a * m..(a + 1) * m], &self.k);
             let (k, slope) = (self.k[a], self.slope[a]);
-            let held = k <= self.lower[a] && slope > 0.0 || k >= self.upper[a] && slope < 0.0;
+            let (lower, upper) = (self.lower[a], self.upper[a]);
+            let held = lower == upper || k <= lower && slope > 0.0 || k >= upper && slope < 0.0;
             changed |= held != self.held[a];
             self.held[a] = held;
         }

@@ -127,7 +127,8 @@ impl Described {
             tasks.iter().any(depends)
         };
         let unused = names.unused().into_iter().filter(|name| !is_read(name));
-        let warnings: Vec<String> = unused.map(|name| format!("parameter `{name}` is declared but never used")).collect();
+        let warnings: Vec<String> =
+            unused.map(|name| format!("parameter `{name}` is declared but never used")).collect();
         let every_warning = warnings.clone();
         let problem = Problem::new(title, parameters, tasks).with_planning(planning).with_design(design);
         Ok(Problem { warnings, every_warning, ..problem })

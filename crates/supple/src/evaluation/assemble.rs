@@ -1,7 +1,8 @@
 //! Assembles reports from the results of a task at a design.
 
+use supple_kernels::{Matrices, Scratch};
 use supple_lqg::bound::Needed;
-use supple_lqg::{Horizon, control_information, entropy_form, paper_form};
+use supple_lqg::{Horizon, control_information, entropy_form, noise_cost, paper_form};
 use supple_model::{Channels, time_of};
 
 use super::curves::{contact_curves, cost_curves, quantity_curves};
@@ -10,6 +11,7 @@ use super::sensing::measurements;
 use crate::Error;
 use crate::film::film;
 use crate::pipeline::TaskState;
+use crate::plan::PlanMode;
 use crate::problem::{Task, TaskAt};
 use crate::simulate::{SampleId, sample, sample_number};
 
@@ -23,10 +25,24 @@ pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostRe
     CostReport {
         expected: state.cost.expected(),
         parts: state.cost,
+        second_order: None,
         bound: task.bound.map(|bound| bound.resolve(phi)),
         belief_per_step: traces.collect(),
         value_of_information_per_step: (0..task.steps).map(|t| (0..n).map(|i| xi.get(t, i, i)).sum()).collect(),
     }
+}
+
+/// The expected cost to second order (theory, equation J.4), where the plan is a free minimum of the nominal cost.
+pub(super) fn second_order(TaskAt { task, phi }: TaskAt, state: &TaskState) -> Option<f64> {
+    let plan = &state.plan;
+    if plan.mode != PlanMode::Nominal || !plan.status.is_converged() || plan.is_at_limits() {
+        return None;
+    }
+    let mut hessians = Matrices::zeros(plan.knots.cost.count(), plan.knots.cost.rows(), plan.knots.cost.cols());
+    let at = plan.trajectory.points();
+    task.system.lagrangian_quadratics(at, phi, &plan.costates, &mut hessians, &mut Scratch::new());
+    let noise = noise_cost(&plan.knots, &plan.policy, &state.belief, &hessians);
+    Some(plan.nominal_cost + noise).filter(|cost| cost.is_finite())
 }
 
 pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) -> Result<InformationReport, Error> {

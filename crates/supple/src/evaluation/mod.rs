@@ -30,7 +30,7 @@ mod sensing;
 mod trouble;
 mod trust;
 
-use assemble::{add_needed, cost_report, information_report, trajectory_report};
+use assemble::{add_needed, cost_report, information_report, second_order, trajectory_report};
 pub use controller::ControllerReport;
 pub use curves::{ContactCurve, CostCurve, QuantityCurve};
 pub use reached::LimitReached;
@@ -165,11 +165,13 @@ fn evaluate_task(
     let predicted = Predicted {
         status,
         cost,
+        nominal: state.plan.nominal_cost,
         kept_limit: bound.filter(|_| meets(cost, bound, feasibility)),
         bits: information.total_bits,
         contacts: &contacts,
         has_varying_noise: !task.noise.varying.is_empty(),
     };
+    let in_full = monte_carlo.as_ref().and_then(|_| second_order(task.at(phi), state));
     let substeps = task.system.substeps();
     let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, substeps));
     Ok(TaskEvaluation {
@@ -187,7 +189,7 @@ fn evaluate_task(
         warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [cheaper, law_remark, saddle]),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
-        cost: cost_report(task, phi, state),
+        cost: CostReport { second_order: in_full, ..cost_report(task, phi, state) },
         information,
         gradient,
         monte_carlo,

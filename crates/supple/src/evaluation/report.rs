@@ -246,6 +246,11 @@ pub struct CostReport {
     /// The parts.
     #[serde(flatten)]
     pub parts: CostParts,
+    /// The expected cost to second order, with the second derivatives of dynamics and cost, which the parts leave out as the
+    /// controller does (theory, equation J.4); none if it was not requested, or the plan is held at limits, or is not that of
+    /// the nominal cost.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_order: Option<f64>,
     /// The bound.
     pub bound: Option<f64>,
     /// `1/2 Tr(Xi_t Sigma_t)` per step: the value of information times the estimation error.

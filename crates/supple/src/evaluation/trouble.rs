@@ -52,7 +52,40 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
             short(plan.objective, 8)
         ));
     }
+    warnings.extend(cut_off(task, plan));
     warnings
+}
+
+/// Share of the steps from which a control that lies at its bound is worth a warning.
+const MANY: f64 = 0.05;
+
+/// That the feedback of a control is cut off on one side at many steps: it lies at a bound that the plan does not press against,
+/// so that its law counts as free.
+fn cut_off(task: &Task, plan: &Plan) -> Option<String> {
+    let bounds = task.control_bounds.as_ref()?;
+    let names = task.system.channels().controls;
+    let (controls, policy) = (&plan.trajectory.controls, &plan.policy);
+    let lies_there = |t: usize, a: usize| {
+        let u = controls.vector(t)[a];
+        let is_free = !policy.clamped[t * names.len() + a]
+            && policy.feedback.at(t)[a * policy.feedback.stride()..]
+                .iter()
+                .take(policy.feedback.cols())
+                .any(|gain| *gain != 0.0);
+        is_free && (u == bounds.lower()[a] || u == bounds.upper()[a])
+    };
+    let steps = |a: usize| (0..task.steps).filter(|&t| lies_there(t, a)).count();
+    let (most, control) = (0..names.len()).map(|a| (steps(a), a)).max()?;
+    (most as f64 > MANY * task.steps as f64).then(|| {
+        format!(
+            "task `{}`: the planned `{}` lies at its bound at {} of {}, and the plan does not press against it: feedback beyond \
+             the bound is cut off, but information and cost of noise are those without the bound. Only roll-outs tell what it does",
+            task.name,
+            names[control].name,
+            most,
+            count(task.steps, "step"),
+        )
+    })
 }
 
 /// That another local minimum was found which costs less.

@@ -12,6 +12,10 @@ use crate::simulate::{Consistency, Estimate, FinerSteps, LimitShare, MonteCarlo,
 
 /// Differences below this share of a prediction do not matter.
 const TOLERATED: f64 = 0.1;
+/// What noise adds to the cost may be off by this share of its prediction, unless that is a smaller share of the whole cost
+/// than the next.
+const TOLERATED_OF_NOISE: f64 = 1.0;
+const UNSEEN: f64 = 2e-3;
 /// Differences below this many bits do not matter either.
 const TOLERATED_BITS: f64 = 0.5;
 /// How likely a sampled mean may be off by more than by chance: by three standard errors of many samples.
@@ -61,7 +65,8 @@ pub struct Trust {
 pub enum Verdict {
     /// Roll-outs agree with the predictions.
     Holds,
-    /// Some prediction is off by more than chance and more than a tenth, half of the roll-outs are as far beyond a limit
+    /// Some prediction is off by more than chance and more than a tenth, or what noise adds to the cost by as much as it is
+    /// and 0.2 % of the whole, half of the roll-outs are as far beyond a limit
     /// that the plan keeps, or there are too few roll-outs to tell.
     Doubtful,
     /// Roll-outs diverge, exceed the cost limit that the expected cost keeps, 11 times that cost or 11 times the predicted
@@ -98,6 +103,8 @@ impl fmt::Display for Trust {
 pub(super) struct Predicted<'a> {
     pub status: PlanStatus,
     pub cost: f64,
+    /// The cost without noise.
+    pub nominal: f64,
     /// The cost limit, if the predicted cost meets it.
     pub kept_limit: Option<f64>,
     pub bits: f64,
@@ -311,6 +318,14 @@ fn differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     error.is_finite() && sampled.difference.abs() > tolerated.max(error)
 }
 
+/// Whether what noise adds to the cost is far from what is predicted, although the cost as a whole is not: most of it may be
+/// that of the plan.
+fn noise_differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
+    let (error, _) = cost_error(predicted, sampled);
+    let tolerated = TOLERATED_OF_NOISE * (predicted.cost - predicted.nominal).abs();
+    error.is_finite() && sampled.difference.abs() > error.max(tolerated).max(UNSEEN * predicted.cost.abs())
+}
+
 /// What differs from predictions by more than chance, and by no more than is tolerated.
 fn small_differences(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
     let (error, _) = cost_error(predicted, sampled);
@@ -397,6 +412,13 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         reasons.push(format!(
             "roll-outs cost {found}, but {expected} is expected: {cause}; try less noise, or costs and contacts with more \
              smoothing"
+        ));
+    } else if noise_differs(predicted, sampled) {
+        let [found, expected] = [sampled.cost_mean, predicted.cost].map(|cost| said(cost - predicted.nominal));
+        reasons.push(format!(
+            "noise adds {found} to the cost of roll-outs, but {expected} is expected: the controller or the cost is not what its \
+             linearisation says over the spread of states; try less noise, or costs, contacts and bounds of controls that the \
+             plan stays away from"
         ));
     } else if let Some(needed) = rollouts_needed {
         let made = match sampled.rollouts {
