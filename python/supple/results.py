@@ -318,6 +318,7 @@ class Start(Record):
         branches: Number of different local minima of the plans encountered at the end, of the task that has most.
         evaluations: Designs evaluated.
         evaluations_without_contact: Number of these designs whose plan misses a contact.
+        interrupted: Whether it ended on request before it was done, whatever its status.
         error: Why it ended early; ``None`` if it did not.
     """
 
@@ -331,6 +332,7 @@ class Start(Record):
     branches: int
     evaluations: int
     evaluations_without_contact: int
+    interrupted: bool
     error: str | None
 
 

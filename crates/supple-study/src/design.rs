@@ -253,6 +253,9 @@ pub struct StartReport {
     /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
     #[serde(default)]
     pub evaluations_without_contact: usize,
+    /// Whether it ended on request before it was done, whatever its status.
+    #[serde(default)]
+    pub interrupted: bool,
     /// Why it ended early, where it did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -305,11 +308,10 @@ pub fn run_observed(
             return Ok(None);
         }
         let summary = searcher.search_start(phi, start)?;
-        // A start that was running when the stop was requested may be incomplete.
-        if !watch.is_stopped() {
+        if !summary.interrupted {
             parts.keep(&name, &summary)?;
+            watch.progress.advance(1);
         }
-        watch.progress.advance(1);
         Ok(Some(summary))
     };
     let starts: Vec<_> = (0..settings.starts).into_par_iter().map(search).collect::<Result<_, StudyError>>()?;
@@ -597,6 +599,7 @@ fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
         branches: summary.branches,
         evaluations: summary.evaluations,
         evaluations_without_contact: summary.without_contact,
+        interrupted: summary.interrupted,
         error: summary.error.as_ref().map(ToString::to_string),
     }
 }

@@ -10,7 +10,7 @@ use crate::Error;
 use crate::continuation::{Failed, Neighbour, Scaling, continue_plan};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
-use crate::plan::{Asked, Patience, Plan, PlanMode, PlanStatus, add_wave};
+use crate::plan::{Asked, Patience, Plan, PlanMode, PlanSettings, PlanStatus, add_wave};
 use crate::problem::{Problem, Task};
 use crate::touching::misses_contact;
 
@@ -418,7 +418,8 @@ pub(crate) fn cheaper_minimum(
     if takes_long || plan.mode != PlanMode::Nominal || !cost.is_finite() {
         return None;
     }
-    let search = BranchSearch { seed, attempts: PROBES, effort: plan.iterations, stop: &|| false };
+    let effort = PROBES * SHARES * plan.iterations;
+    let search = BranchSearch { seed, attempts: PROBES, effort, stop: &|| false };
     let found = search_branches(problem, task, phi, (&plan.trajectory.controls, cost), search);
     (found.cost < cost - WORTH * cost.abs()).then_some(found.cost)
 }
@@ -436,8 +437,8 @@ pub(crate) struct BranchSearch<'a> {
     pub seed: u64,
     /// Maximum number of attempts.
     pub attempts: usize,
-    /// The search ends once a batch finds nothing new and all attempts took this many iterations, for example as many as the
-    /// preceding search took.
+    /// The iterations that the search may take, about; for example as many as the preceding search took. Several times as many
+    /// while attempts find what is cheaper. Each attempt may take a share of them.
     pub effort: usize,
     /// Whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
@@ -466,6 +467,7 @@ pub(crate) fn search_branches(
     BranchSearch { seed, attempts, effort, stop }: BranchSearch,
 ) -> Branches {
     let is_stopped = || halt::is_requested() || stop();
+    let allowance = if effort == usize::MAX { usize::MAX } else { (effort / SHARES).max(LEAST_ALLOWED) };
     let scaling = Scaling::of(&problem.parameters);
     let attempt = |state: &mut TaskState, attempt: usize| {
         if is_stopped() {
@@ -474,8 +476,10 @@ pub(crate) fn search_branches(
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(attempt as u64 + 1);
         state.effort = 0;
+        state.limit_time(problem.planning.time_limit);
         let approach = attempt % 2 == 1;
-        let found = attempt_branch((problem, task), &scaling, phi, given.0, (&mut random, approach), state);
+        let found =
+            attempt_branch((problem, task), (&scaling, allowance), phi, given.0, (&mut random, approach), state);
         (state.effort, found.ok().flatten())
     };
     let mut branches = Branches { minima: Vec::new(), controls: given.0.clone(), cost: given.1 };
@@ -487,7 +491,7 @@ pub(crate) fn search_branches(
         next = batch.end;
         let found: Vec<(usize, Option<(f64, Matrices)>)> =
             batch.into_par_iter().map_init(|| TaskState::new(task), attempt).collect();
-        let before = seen.len();
+        let (before, cost) = (seen.len(), branches.cost);
         for (effort, found) in found {
             spent += effort;
             let Some((cost, controls)) = found else { continue };
@@ -500,12 +504,20 @@ pub(crate) fn search_branches(
                 branches.cost = cost;
             }
         }
-        if seen.len() == before && spent >= effort {
+        let is_cheaper = branches.cost < cost;
+        let most = if is_cheaper { effort.saturating_mul(WORTHWHILE) } else { effort };
+        if seen.len() == before && spent >= effort || spent >= most {
             break;
         }
     }
     branches
 }
+
+/// The share of the effort of a branch search that one attempt may take, and the least number of iterations it may.
+const SHARES: usize = 4;
+const LEAST_ALLOWED: usize = 50;
+/// How many times its effort a branch search may take while it finds cheaper minima.
+const WORTHWHILE: usize = 4;
 
 /// Attempts of a branch search that are run in parallel; this does not depend on the number of threads.
 const BATCH: usize = 8;
@@ -531,7 +543,7 @@ pub(crate) fn uniform(random: &mut ChaCha8Rng) -> f64 {
 
 fn attempt_branch(
     (problem, task): (&Problem, &Task),
-    scaling: &Scaling,
+    (scaling, allowance): (&Scaling, usize),
     phi: &[f64],
     given: &Matrices,
     (random, approach): (&mut ChaCha8Rng, bool),
@@ -545,10 +557,18 @@ fn attempt_branch(
     if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
         guess = controls;
     }
-    state.plan_only(task, &source, &problem.planning, Some(&guess))?;
+    let left = |state: &TaskState| {
+        let settings = &problem.planning;
+        let most = settings.max_iterations.min(allowance.saturating_sub(state.effort)).max(1);
+        PlanSettings { max_iterations: most, ..settings.clone() }
+    };
+    state.plan_only(task, &source, &left(state), Some(&guess))?;
     Error::check_stop()?;
+    if !state.plan.status.is_converged() && state.effort >= allowance {
+        return Ok(None);
+    }
     let neighbour = Neighbour::of(&state.plan);
-    continue_plan((problem, task), scaling, (&source, phi), (&neighbour, 1), state).map_err(Failed::error)?;
+    continue_plan((&left(state), task), scaling, (&source, phi), (&neighbour, 1), state).map_err(Failed::error)?;
     let converged = state.plan.status.is_converged();
     Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
 }

@@ -8,8 +8,8 @@ use crate::Error;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::plan::{Asked, Held, Patience, Plan};
-use crate::problem::{Problem, Task};
-use crate::settings::PlanMode;
+use crate::problem::Task;
+use crate::settings::{PlanMode, PlanSettings};
 
 /// The design parameters in the search's coordinates: each from 0 at its lower bound to 1 at its upper one, linear or
 /// logarithmic.
@@ -131,14 +131,13 @@ fn is_of_noise(task: &Task, from: &[f64], to: &[f64]) -> bool {
 /// Plans a task along the straight line between two designs, each plan starting from the one before, in steps that are finer
 /// than the usual ones by a factor; the state is left at the second design, whose plan alone has the tolerance asked for.
 pub(crate) fn continue_plan(
-    (problem, task): (&Problem, &Task),
+    (exact, task): (&PlanSettings, &Task),
     scaling: &Scaling,
     (from, to): (&[f64], &[f64]),
     (neighbour, finer): (&Neighbour, usize),
     state: &mut TaskState,
 ) -> Result<(), Failed> {
     let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-    let exact = &problem.planning;
     let steps = match exact.plan == PlanMode::Nominal && is_of_noise(task, from, to) {
         // The plan of the second design is that of the first.
         true => 1,

@@ -108,11 +108,11 @@ pub enum Error {
     },
     /// A plan that is no strict minimum of its cost, so that it has no derivative.
     #[error(
-        "the plan has no derivative: it is a saddle of the cost, as other controls from step {step} on cost less; start from \
-         another `initial_control`, or use the gradient `frozen`"
+        "the plan has no derivative: it is no strict minimum of the cost, as some other controls from step {step} on cost the same \
+         or less; give every control a weight, start from another `initial_control`, or use the gradient `frozen`"
     )]
-    Saddle {
-        /// The first step of the changes that lower the cost.
+    NoStrictMinimum {
+        /// The first step of the changes that do not raise the cost.
         step: usize,
     },
     /// An error of a computation in another process, with its message.

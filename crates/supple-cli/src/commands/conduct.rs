@@ -34,7 +34,13 @@ pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>)
         return interrupted(sweep, output);
     }
     if let Some(text) = stopped(&result) {
-        let resumes = if folder.is_some() { "resumes" } else { "resumes where it has --out" };
+        let has_parts =
+            !matches!(&result, StudyResult::Design(report) if report.starts.iter().all(|start| start.interrupted));
+        let resumes = match folder {
+            Some(_) if !has_parts => "begins again",
+            Some(_) => "resumes",
+            None => "resumes where it has --out",
+        };
         warn(&format!("{text}; the same command {resumes}"));
     }
     let made = Made::of(task, work);

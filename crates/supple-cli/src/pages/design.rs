@@ -15,12 +15,14 @@ use super::next;
 use crate::tables::{Rows, align_right, heading, number, percent, signed, table};
 use crate::{catalogue, contacts, informations, split, trust};
 
-/// How far a stopped search got; `None` if it was not stopped, or no start had finished.
+/// How far a stopped search got; `None` if it was not stopped.
 pub fn stopped_design(report: &DesignReport) -> Option<String> {
-    let ended = report.starts.iter().filter(|start| start.status != DesignStatus::Stopped).count();
+    let ended = report.starts.iter().filter(|start| !start.interrupted).count();
     let wanted = report.settings.starts;
-    let stopped = report.status == DesignStatus::Stopped && ended > 0;
-    stopped.then(|| format!("stopped: {ended} of {wanted} starts had finished"))
+    (report.status == DesignStatus::Stopped).then(|| match ended {
+        0 => format!("stopped: none of {wanted} starts had finished"),
+        _ => format!("stopped: {ended} of {wanted} starts had finished"),
+    })
 }
 
 /// The page of `supple design`.

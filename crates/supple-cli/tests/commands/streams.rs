@@ -1,4 +1,4 @@
-use crate::common::{Folder, Run, TWO_MASS};
+use crate::common::{Folder, Run, TWO_MASS, edited};
 
 /// A run whose reader has hung up.
 fn unread(arguments: &[&str], folder: &Folder) -> Run {
@@ -70,4 +70,24 @@ fn an_interrupted_design_prints_the_best_until_then() {
     let file: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
     assert_eq!(file["result"], found);
+}
+
+/// A start that is interrupted has not finished, even if it does not meet its cost limit yet and so has another status.
+#[cfg(unix)]
+#[test]
+fn starts_that_did_not_finish_are_not_counted() {
+    let long = edited(TWO_MASS, "steps = 125", "steps = 20000");
+    let folder = Folder::with_task(edited(&long, "bound = 25.0", "bound = 1.0"));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(["design", "task.toml", "--starts", "1", "--json", "--out", "out"]).current_dir(folder.path(""));
+    let pipe = std::process::Stdio::piped;
+    let child = command.stdout(pipe()).stderr(pipe()).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let said = Run::of(&child.wait_with_output().unwrap()).stderr;
+    // A slow machine may not even have the first plan by then.
+    let first = said.contains("none of 1 starts had finished; the same command begins again");
+    assert!(first || said.contains("stopped"), "{said}");
+    assert!(!said.contains("1 of 1"), "{said}");
 }

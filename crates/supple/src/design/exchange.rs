@@ -114,7 +114,8 @@ impl Searcher<'_> {
         controls: &Matrices,
     ) -> Option<(f64, Matrices)> {
         let mut state = TaskState::new(task);
-        continue_plan((self.problem, task), scaling, between, (&Neighbour::with(controls), 1), &mut state).ok()?;
+        continue_plan((&self.problem.planning, task), scaling, between, (&Neighbour::with(controls), 1), &mut state)
+            .ok()?;
         state.plan.status.is_converged().then(|| (state.cost.expected(), state.plan.trajectory.controls))
     }
 }

@@ -202,8 +202,14 @@ impl<'a> Path<'a> {
     /// The same at another place, to which the plan is continued.
     fn go(&mut self, from: &Known, place: f64) -> Result<Known, Error> {
         let (here, there) = (self.at(from.place), self.at(place));
-        continue_plan((self.problem, self.task), &self.scaling, (&here, &there), (&from.plan, 1), &mut self.state)
-            .map_err(|failed| failed.explain(self.task, &self.state))?;
+        continue_plan(
+            (&self.problem.planning, self.task),
+            &self.scaling,
+            (&here, &there),
+            (&from.plan, 1),
+            &mut self.state,
+        )
+        .map_err(|failed| failed.explain(self.task, &self.state))?;
         self.look(place)
     }
 

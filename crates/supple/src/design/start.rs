@@ -173,6 +173,7 @@ impl Searcher<'_> {
                 summary.error = Some(error);
             }
         }
+        summary.interrupted = self.control.is_stopped();
         summary
     }
 }

@@ -87,6 +87,8 @@ pub struct StartSummary {
     pub evaluations: usize,
     /// Of these, how many have a plan that never makes a contact whose force a cost tracks.
     pub without_contact: usize,
+    /// Whether it ended on request, before it was done, whatever its status: it may not even meet its bounds yet.
+    pub interrupted: bool,
     /// Controls of each task's plan at the end; empty if nothing could be evaluated.
     #[serde(with = "vectors")]
     pub controls: Vec<Matrices>,
@@ -151,6 +153,7 @@ impl StartSummary {
             branches: 0,
             evaluations: 0,
             without_contact: 0,
+            interrupted: false,
             controls: Vec::new(),
             error: None,
         }

@@ -215,7 +215,7 @@ impl<'a> Visitor<'a> {
         let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(plans).enumerate();
         let tasks = tasks.map(|(index, ((task, state), plan))| {
             let visit = |finer: usize, state: &mut TaskState| {
-                continue_plan((problem, task), scaling, (from, &phi), (plan, finer), state)
+                continue_plan((&problem.planning, task), scaling, (from, &phi), (plan, finer), state)
                     .map_err(|failed| failed.explain(task, state))?;
                 task_visit(task, &phi, (settings.gradient, *aim), weighed.of(index, *aim), state)
                     .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
@@ -303,7 +303,7 @@ mod tests {
         let near = visitor.restart(&near, &[Neighbour::of(&state.plan)]).unwrap().clone();
         assert!((near.tasks[0].cost - 306.631).abs() < 0.01, "{}", near.tasks[0].cost);
 
-        continue_plan((&problem, task), &scaling, (&near.phi, &far), (&near.tasks[0].plan, 1), &mut state)
+        continue_plan((&problem.planning, task), &scaling, (&near.phi, &far), (&near.tasks[0].plan, 1), &mut state)
             .ok()
             .unwrap();
         assert!(state.cost.expected() > 305.0, "{}", state.cost.expected());
@@ -322,7 +322,7 @@ mod tests {
         assert!(state.plan.is_at_limits());
         let held = Neighbour::of(&state.plan);
         let mut continued = |from: &Neighbour| {
-            continue_plan((&problem, task), &scaling, (&near, &far), (from, 1), &mut state).ok().unwrap();
+            continue_plan((&problem.planning, task), &scaling, (&near, &far), (from, 1), &mut state).ok().unwrap();
             assert!(state.plan.status.is_converged() && state.plan.is_at_limits());
             state.plan.clone()
         };

@@ -262,8 +262,8 @@ fn needed_gradient(task: TaskAt, information: &InformationReport, state: &mut Ta
 /// Relative difference between two computations of the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
 
-/// The gradients that are asked for, of a task with this information; and, if the plan is a saddle of the cost, which has no
-/// total gradient, a warning.
+/// The gradients that are asked for, of a task with this information; and, if the plan is no strict minimum of the cost, and so
+/// has no total gradient, a warning.
 fn gradients(
     problem: &Problem,
     TaskAt { task, phi }: TaskAt,
@@ -278,10 +278,13 @@ fn gradients(
     if options.total_gradient {
         match total_gradients(problem, task.at(phi), information, state) {
             Ok(total) => report.total = Some(total),
-            Err(Error::Saddle { step }) => {
+            // An indefinite plan is told of already.
+            Err(Error::NoStrictMinimum { .. }) if state.plan.status == PlanStatus::Indefinite => {}
+            Err(Error::NoStrictMinimum { step }) => {
                 saddle = Some(format!(
-                    "task `{}`: the plan is stationary, but a saddle: from step {step} on, other controls cost less. It has \
-                     no total gradient. Start from another `initial_control`, or look for others with `branches`",
+                    "task `{}`: the plan is stationary, but no strict minimum: some other controls from step {step} on cost the same \
+                     or less. It has no total gradient. Give every control a weight, start from another `initial_control`, or look \
+                     for others with `branches`",
                     task.name
                 ));
             }
@@ -301,7 +304,7 @@ fn gradients(
 }
 
 /// # Errors
-/// [`Error::Saddle`] if the plan is no strict minimum of the cost.
+/// [`Error::NoStrictMinimum`] if the plan is no strict minimum of the cost.
 fn total_gradients(
     problem: &Problem,
     TaskAt { task, phi }: TaskAt,

@@ -62,7 +62,7 @@ impl GradientWorkspace {
         let regularisation = Regularisation::default();
         let lq = Lq { dynamics, cost, regularisation, limits, with_value: false };
         solve_limited(lq, &mut self.policy).map_err(|error| match error {
-            lqg::Error::NotPositiveDefinite { step, .. } => Error::Saddle { step },
+            lqg::Error::NotPositiveDefinite { step, .. } => Error::NoStrictMinimum { step },
             error => error.into(),
         })?;
         solve_lq(dynamics, &self.policy, &mut self.variation, &mut self.costates);
