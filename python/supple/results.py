@@ -189,10 +189,12 @@ class _Evaluated:
         # Where nothing is measured, nothing is used or needed.
         rate = bits / seconds if seconds > 0 else 0.0
         self.information = Information(nats=nats, bits=bits, bits_per_second=rate)
+        self._is_weighted = any(weight != 1.0 for weight in weights)
 
     def summary(self) -> list[tuple[str, str]]:
         rows = [(name, f"{value:.6g}") for name, value in self.parameters.items()]
-        rows.append(("information", f"{self.information.bits:.6g} bits, {self.information.bits_per_second:.6g} bits/s"))
+        label = "weighted information" if self._is_weighted else "information"
+        rows.append((label, f"{self.information.bits:.6g} bits, {self.information.bits_per_second:.6g} bits/s"))
         for name, task in self.tasks.items():
             bound = "" if task.cost.bound is None else f" of at most {task.cost.bound:.6g}"
             status = "" if task.status == "converged" else f" ({task.status})"

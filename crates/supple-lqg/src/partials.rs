@@ -1,5 +1,5 @@
 use nalgebra::Cholesky;
-use supple_kernels::Matrices;
+use supple_kernels::{Matrices, rows};
 
 use crate::dense::{Dense, dense, store, symmetric};
 use crate::knots::Dimensions;
@@ -35,6 +35,24 @@ pub struct Partials {
 }
 
 impl Partials {
+    /// By how much the number would change, to first order, if all covariances grew by the share 1: information does not
+    /// change with that, so what is found is the error that rounding left in its derivatives. The covariances are those of a
+    /// belief, `P_t` and `Sigma_t`.
+    #[must_use]
+    pub fn along_covariances(&self, predicted: &Matrices, corrected: &Matrices, noise: &Noise) -> f64 {
+        let pairs = [
+            (&self.process, &noise.process),
+            (&self.measurement_noise, &noise.measurement),
+            (&self.initial, &noise.initial),
+            (&self.predicted, predicted),
+            (&self.corrected, corrected),
+        ];
+        let of_pair = |(slopes, covariances): (&Matrices, &Matrices)| {
+            (0..slopes.count()).map(|t| rows::dot(slopes.at(t), covariances.at(t))).sum::<f64>()
+        };
+        pairs.into_iter().map(of_pair).sum()
+    }
+
     /// Zeros for `steps` steps.
     #[must_use]
     pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {

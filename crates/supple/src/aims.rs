@@ -1,9 +1,8 @@
 //! The objective of a design: the information needed, used and measured, and its gradient.
 
 use supple_kernels::Matrices;
-use supple_lqg::Partials;
-use supple_lqg::add_control_partials;
 use supple_lqg::bound::{Horizon, Needed};
+use supple_lqg::{Belief, Partials, add_control_partials};
 use supple_model::{ParameterHandle, Value};
 
 use crate::Error;
@@ -13,6 +12,9 @@ use crate::pipeline::TaskState;
 use crate::plan::Plan;
 use crate::problem::{Task, TaskAt};
 use crate::settings::InformationWeights;
+
+/// Nats by which rounding may change the information used as all covariances grow by their own size, which does not change it.
+const MOST_ROUNDING: f64 = 1e-3;
 
 /// Smallest budget for needed information, as a share of the plan's estimation-error cost; used if the limit leaves less.
 const LEAST_SHARE: f64 = 0.05;
@@ -107,6 +109,11 @@ pub(crate) fn information_within(
     if used != 0.0 {
         let Plan { knots, policy, .. } = &state.plan;
         sum += used * add_control_partials(knots, policy, &state.belief, &state.noise, used, &mut partials)?;
+        let Belief { predicted, corrected, .. } = &state.belief;
+        let by = (partials.along_covariances(predicted, corrected, &state.noise) / used).abs();
+        if by.is_nan() || by > MOST_ROUNDING {
+            return Err(Error::Rounded { by });
+        }
     }
     if needed != 0.0 {
         let (found, budget) = needed_information(limit, state)?;

@@ -106,6 +106,15 @@ pub enum Error {
         /// The first step at a limit.
         step: usize,
     },
+    /// Derivatives of the information used that rounding hides.
+    #[error(
+        "rounding hides the derivatives of the information that the controller uses, by {by:.1e} nats: some measurement is so \
+         precise that the information used hardly differs from the information measured; minimise that instead"
+    )]
+    Rounded {
+        /// By how much, nats.
+        by: f64,
+    },
     /// A plan that is no strict minimum of its cost, so that it has no derivative.
     #[error(
         "the plan has no derivative: it is no strict minimum of the cost, as some other controls from step {step} on cost the same \

@@ -426,7 +426,7 @@ fn check_limits(task: &Task, plan: PlanMode) -> Result<(), Error> {
         }
         () if task.control_bounds.is_some() && !plan.keeps_control_limits() => (
             "does not support control limits",
-            "leave out `enforce_effort_limits` and `enforce` of controls, or use plan = \"nominal\"",
+            "leave out `enforce_effort_limits`, `enforce` of controls and `control_bounds`, or use plan = \"nominal\"",
         ),
         () => return Ok(()),
     };

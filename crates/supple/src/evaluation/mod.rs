@@ -170,6 +170,7 @@ fn evaluate_task(
         bits: information.total_bits,
         contacts: &contacts,
         has_varying_noise: !task.noise.varying.is_empty(),
+        has_bounds: task.control_bounds.is_some(),
     };
     let in_full = monte_carlo.as_ref().and_then(|_| second_order(task.at(phi), state));
     let substeps = task.system.substeps();

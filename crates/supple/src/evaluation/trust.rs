@@ -111,6 +111,8 @@ pub(super) struct Predicted<'a> {
     pub contacts: &'a [ContactReport],
     /// Whether noise varies with the state.
     pub has_varying_noise: bool,
+    /// Whether controls have bounds.
+    pub has_bounds: bool,
 }
 
 impl Trust {
@@ -403,11 +405,15 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
     let (error, tolerated) = cost_error(predicted, sampled);
     if differs(predicted, sampled) {
         let (found, expected) = (said(sampled.cost_mean), said(predicted.cost));
-        let cause = if predicted.has_varying_noise {
-            "the noise varies with the state, but is expected as it is along the plan, or the cost is not quadratic over the \
-             spread of states"
-        } else {
-            "the cost is not quadratic over the spread of states"
+        let cause = match (predicted.has_varying_noise, predicted.has_bounds) {
+            (true, _) => {
+                "the noise varies with the state, but is expected as it is along the plan, or the cost is not quadratic over the \
+                 spread of states"
+            }
+            (false, true) => {
+                "bounds of controls cut feedback off, or the cost is not quadratic over the spread of states"
+            }
+            (false, false) => "the cost is not quadratic over the spread of states",
         };
         reasons.push(format!(
             "roll-outs cost {found}, but {expected} is expected: {cause}; try less noise, or costs and contacts with more \

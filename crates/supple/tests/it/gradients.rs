@@ -6,13 +6,15 @@ use crate::common::reference::differences::{FUNCTIONALS, gradients, total_gradie
 use crate::common::reference::finger::{self, design, parameter, scales};
 use crate::common::reference::{cases, evaluated, parameters, relative_error, ring};
 use proptest::prelude::*;
+use supple::aims::weighted_information;
+use supple::design::InformationWeights;
 use supple::gradient::{FrozenGradient, Functional};
 use supple::lqg::Noise;
 use supple::lqg::{Belief, kalman};
 use supple::lqg::{Information, information};
 use supple::pipeline::TaskState;
 use supple::plan::{PlanSettings, PlanStatus};
-use supple::{Scratch, Task};
+use supple::{Error, Scratch, Task};
 
 /// A random task of few steps with its design, planned.
 fn planned(phi: &[f64], steps: usize) -> Result<(Task, TaskState), TestCaseError> {
@@ -159,3 +161,38 @@ fn unused_parameter_has_no_gradient_and_is_not_depended_on() {
         assert_eq!(used, !elsewhere.contains(&parameter), "parameter {parameter} of the system");
     }
 }
+
+/// With a sensor that is nearly exact, the derivatives of the information used are small differences of large numbers: the filter's
+/// covariances are inverted. Information does not change as all covariances grow alike, which measures what rounding left.
+#[test]
+fn derivatives_that_rounding_hides_are_refused() {
+    let problem = supple_file::parse(PRECISE, "balance.toml").unwrap();
+    let task = &problem.tasks[0];
+    let used = |variance: f64| {
+        let (mut state, mut gradient) = (TaskState::new(task), Vec::new());
+        state.evaluate(task, &[variance], &problem.planning, None).unwrap();
+        weighted_information(task, &[variance], InformationWeights::USED, &mut state, &mut gradient)
+            .map(|nats| (nats, gradient))
+    };
+    let (_, gradient) = used(1e-4).unwrap();
+    let step = 1e-6;
+    let slope = (used(1e-4 + step).unwrap().0 - used(1e-4 - step).unwrap().0) / (2.0 * step);
+    assert!((gradient[0] / slope - 1.0).abs() < 1e-4, "{gradient:?} {slope}");
+    assert!(matches!(used(1e-16), Err(Error::Rounded { .. })));
+}
+
+/// One of its states is unstable, one stiff, and one sensor measures their sum.
+const PRECISE: &str = r#"
+    model.kind = "linear"
+    model.A = [[1.3, 0.1, 0.0], [0.02, -0.9, 0.0], [0.0, 100.0, 0.001]]
+    model.B = [[0.0], [1.0], [0.0]]
+    model.C = [[1.0, 0.0, 1.0]]
+    parameters.variance = { initial = 1e-4, bounds = [1e-20, 1e-2], scale = "log", unit = "m^2" }
+    [[tasks]]
+    name = "balance"
+    steps = 60
+    time_step = 1.0
+    initial_state = [0.5, 0.0, 0.0]
+    noise = { initial = [1e-2, 1e-2, 1e-2], process = [1e-4, 1e-4, 1e-4], measurement = ["variance"] }
+    costs = [{ kind = "quadratic", Q = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], R = [[0.01]] }]
+"#;
