@@ -409,3 +409,18 @@ fn motors_limit_the_efforts_of_their_joints() {
     let efforts: Vec<f64> = (0..6).map(|joint| robot.greatest_effort(joint)).collect();
     assert_eq!(efforts, [20.0, 10.0, 3.0, 3.0, f64::INFINITY, 7.0]);
 }
+
+#[test]
+fn limits_of_followers_of_equalities_limit_their_leaders() {
+    let bodies: String = [("a", ""), ("b", "range='-30 60'")]
+        .map(|(name, range)| format!("<body><joint name='{name}' {range}/>{INERTIAL}</body>"))
+        .concat();
+    let equality = "<equality><joint joint1='b' joint2='a' polycoef='0 -2'/></equality>";
+    let robot = read(&format!("<mujoco><worldbody>{bodies}</worldbody>{equality}</mujoco>"));
+    let limits = robot.joints[0].limits;
+    assert_close("limits", [limits.lower, limits.upper], &[-30f64.to_radians(), 15f64.to_radians()]);
+    assert_eq!(
+        (robot.joints[0].kind, &*robot.joints[0].narrowed.position),
+        (JointKind::Revolute, &["b".to_owned()][..])
+    );
+}
