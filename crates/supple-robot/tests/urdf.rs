@@ -152,6 +152,17 @@ fn chains_of_followers_lead_to_a_joint_that_follows_none() {
 }
 
 #[test]
+fn origins_in_degrees_are_doubted() {
+    let warnings = |rpy: &str| {
+        let body = inertial(1.0, [1.0; 3]).replace("<mass", &format!("<origin rpy='{rpy}'/><mass"));
+        read(&pair(&body, "continuous", &format!("<origin rpy='{rpy}'/>"))).warnings
+    };
+    let says = "origin of link `b`: `rpy` = 0 90 0 is rad, but looks like degrees (line 3, and 1 more)";
+    assert_eq!(warnings("0 90 0"), [says]);
+    assert_eq!(warnings("3.1416 -6.283186 0"), [""; 0]);
+}
+
+#[test]
 fn limits_of_followers_limit_what_they_follow() {
     let limit = |lower: f64, upper: f64, velocity: f64| {
         format!("<limit lower='{lower}' upper='{upper}' velocity='{velocity}' effort='1'/>")
