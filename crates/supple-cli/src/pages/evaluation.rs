@@ -138,7 +138,7 @@ pub(super) fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
 
 /// A line for each limit that the plan of a task violates.
 pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
-    let line = |LimitViolation { name, unit, worst, limit, step, steps }: &LimitViolation| {
+    let line = |LimitViolation { name, unit, worst, limit, step, steps, .. }: &LimitViolation| {
         let side = if worst > limit { "above" } else { "below" };
         let steps = supple_text::count(*steps, "step");
         format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), with_unit(*limit, unit))

@@ -36,7 +36,7 @@ fn worst_value_first_step_and_number_of_steps_of_each_side_are_found() {
     ];
     let of = |name: &str, worst, limit, step, steps| {
         let unit = if name == "control" { "N m".to_owned() } else { String::new() };
-        LimitViolation { name: name.into(), unit, worst, limit, step, steps }
+        LimitViolation { name: name.into(), unit, worst, limit, step, steps, is_of_task: false }
     };
     let expected = [
         of("first", 0.6, 0.4, 4, 2),
