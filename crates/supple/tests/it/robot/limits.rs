@@ -104,3 +104,18 @@ fn warnings_of_the_robots_file_are_those_of_the_problem() {
     let Problem { warnings, .. } = shipped("two_mass.toml");
     assert_eq!(warnings, Vec::<String>::new());
 }
+
+/// The limit of a drive with a gear is on the motor's side, that of the file on the joint's.
+#[test]
+fn limits_of_drives_with_gears_say_so() {
+    let limit = |gear: &str| {
+        let problem = arm().with(&format!("[model.drives.elbow]\ngear = {gear}\n")).problem();
+        let limits = problem.tasks[0].system.limits().into_iter();
+        let efforts = limits.filter(|limit| limit.name.starts_with("effort of") && limit.name.contains("`elbow`"));
+        efforts.map(|limit| (limit.name, limit.upper)).collect::<Vec<_>>()
+    };
+    let [(name, effort)] = &limit("1.0")[..] else { panic!("one limit") };
+    assert_eq!(name, "effort of joint `elbow`");
+    let of_drive = "effort of the drive of joint `elbow`, before its gear".to_owned();
+    assert_eq!(limit("20.0"), [(of_drive, effort / 20.0)]);
+}
