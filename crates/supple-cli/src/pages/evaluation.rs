@@ -26,7 +26,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
     page.push_str(&prices(at, None));
     page.push_str(&contacts::warnings(at));
     if at.tasks.len() > 1 {
-        let _ = writeln!(page, "all tasks: {} bits minimised", number(at.objective.information_bits));
+        let is_weighted = about.tasks.iter().any(|task| task.information_weight != 1.0);
+        let weighted = if is_weighted { ", weighted by `information_weight`" } else { "" };
+        let _ = writeln!(page, "all tasks together: {} bits{weighted}", number(at.objective.information_bits));
     }
     page + &next::after_evaluation(about, at)
 }
