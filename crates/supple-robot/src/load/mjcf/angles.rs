@@ -25,9 +25,9 @@ impl<'a> Reader<'a, '_> {
             open.extend(element.children());
             let Ok(Some(angles)) = element.numbers::<3>("euler") else { continue };
             if turns(angles) {
-                self.parts
-                    .warnings
-                    .note("degrees of euler", element, || format!("`euler` = {} is rad, but looks like degrees", given(angles)));
+                self.parts.warnings.note("degrees of euler", element, || {
+                    format!("`euler` = {} is rad, but looks like degrees", given(angles))
+                });
             }
         }
     }
