@@ -244,6 +244,7 @@ class LimitViolation(Record):
         step: The first step at which the value is ``worst``.
         steps: Number of steps at which the value is outside.
         unit: The unit of both; empty where there is none.
+        is_of_task: Whether the task sets the limit, and not the robot's file.
     """
 
     name: str
@@ -252,6 +253,7 @@ class LimitViolation(Record):
     step: int
     steps: int
     unit: str = ""
+    is_of_task: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -381,12 +383,14 @@ class Trust(Record):
         reasons: The findings, and what to try.
         rollouts_needed: About how many roll-outs are needed, if there are too few to tell.
         substeps_advised: The ``substeps`` of the model to try, if roll-outs differ on finer steps.
+        shorter_steps_advised: Whether to try a smaller ``time_step`` instead, as the model has about 1000 sub-steps.
     """
 
     verdict: str
     reasons: list[str]
     rollouts_needed: int | None = None
     substeps_advised: int | None = None
+    shorter_steps_advised: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)

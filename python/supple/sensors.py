@@ -133,6 +133,11 @@ class Sensors(Result):
         """The tasks considered."""
         return list(self._data["tasks"])
 
+    @property
+    def remarks(self) -> list[str]:
+        """Which measurements are one candidate, as their noise is correlated."""
+        return list(self._data.get("remarks", []))
+
     def _set(self, name: str) -> SensorSet | None:
         found = self._data[name]
         return None if found is None else build(SensorSet, found)
@@ -151,4 +156,4 @@ class Sensors(Result):
             rows.append(
                 (name, f"saves {sensor.saved_alone:.6g} alone, {sensor.saved_beyond_others:.6g} beyond all others")
             )
-        return rows
+        return rows + [("note", remark) for remark in self.remarks]

@@ -125,9 +125,7 @@ class Validation(Record):
                 rows.append((name, f"its plan ended as {task.status}: the numbers below say little"))
             limit = "" if task.limit is None else f" of at most {task.limit:.4g}"
             cost = [f"predicted {task.predicted_cost:.4g}{limit}"]
-            cost += [
-                f"{where} {loop.cost_mean:.4g} ({_span(loop.cost_interval_95)})" for where, loop in _loops(task).items()
-            ]
+            cost += [f"{where} {_cost(loop, self.rollouts)}" for where, loop in _loops(task).items()]
             rows.append((f"{name}: cost", ", ".join(cost)))
             bits = [f"predicted {task.predicted_bits:.4g}"]
             bits += [
@@ -167,6 +165,12 @@ def _beyond(limit: LimitShare) -> str:
 def _loops(task: TaskValidation) -> dict[str, SampledLoop]:
     loops = {"supple": task.supple, "MuJoCo": task.mujoco}
     return loops if task.stopped is None else {**loops, "MuJoCo with stops and ranges": task.stopped}
+
+
+def _cost(loop: SampledLoop, rollouts: int) -> str:
+    if loop.diverged:
+        return f"diverges in {loop.diverged} of {rollouts} roll-outs"
+    return f"{loop.cost_mean:.4g} ({_span(loop.cost_interval_95)})"
 
 
 def _span(interval: Array) -> str:

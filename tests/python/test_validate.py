@@ -240,6 +240,14 @@ def test_a_cost_of_many_times_the_predicted_one_is_broken_whatever_its_interval(
     assert not less.broken and less.words == "the design holds on MuJoCo as predicted"
 
 
+def test_rollouts_that_diverge_are_counted_in_place_of_a_cost(wiping: supple.validation.Validation) -> None:
+    task = wiping.tasks["wipe"]
+    none = np.full(2, np.nan)
+    lost = dataclasses.replace(task.mujoco, cost_mean=np.inf, cost_interval_95=none, diverged=3, consistency=None)
+    page = repr(dataclasses.replace(wiping, tasks={"wipe": dataclasses.replace(task, mujoco=lost)}))
+    assert f"MuJoCo diverges in 3 of {ROLLOUTS} roll-outs" in page and "nan" not in page and "inf" not in page
+
+
 def test_cost_limits_count_on_mujoco() -> None:
     moves = Mock(spec=Moves, **{"cause.return_value": "the steps"})
     own, judge = loop(12.0, (11.9, 12.1)), (12.5, 10.0)

@@ -89,3 +89,25 @@ fn a_task_without_any_sensor_can_be_asked_everything() {
         assert_eq!(run.code, Some(0), "{command}: {run:?}");
     }
 }
+
+#[test]
+fn measurements_with_correlated_noise_are_one_candidate_and_told() {
+    let task = |v: &str| {
+        format!(
+            "model = {{ kind = \"linear\", A = [[1.0, 0.1], [0.0, 1.0]], B = [[0.0], [0.1]], C = [[1.0, 0.0], [0.0, 1.0]] }}\n\
+             [[tasks]]\nname = \"hold\"\nsteps = 30\ntime_step = 0.1\ninitial_state = [1.0, 0.0]\n\
+             noise = {{ initial = [1e-2, 1e-2], process = [1e-6, 1e-4], measurement = {v} }}\n\
+             costs = [{{ kind = \"quadratic\", Q = [[1.0, 0.0], [0.0, 1.0]], R = [[0.1]] }}]\n"
+        )
+    };
+    let remark = "y1, y2 are one candidate, chosen together: the noise of these measurements is correlated, in \
+                  `noise.measurement`";
+    let folder = Folder::with_task(task("[[1e-3, 1e-12], [1e-12, 1e-3]]"));
+    let found = folder.run(&["sensors", "task.toml", "--count", "1", "--json"]).json(0);
+    assert_eq!(found["remarks"], serde_json::json!([remark]));
+    let page = folder.run(&["sensors", "task.toml", "--count", "1"]).stdout;
+    assert!(page.contains(&format!("Note: {remark}.\n")), "{page}");
+    let apart = Folder::with_task(task("[1e-3, 1e-3]"));
+    let found = apart.run(&["sensors", "task.toml", "--count", "1", "--json"]).json(0);
+    assert_eq!((&found["remarks"], found["sensors"].as_array().unwrap().len()), (&serde_json::json!([]), 2));
+}

@@ -55,6 +55,7 @@ mod parameters;
 mod rows;
 mod schema;
 mod syntax;
+mod targets;
 mod tasks;
 mod varying;
 

@@ -24,6 +24,9 @@ pub struct LimitViolation {
     pub step: usize,
     /// Number of steps at which the value is outside the limits.
     pub steps: usize,
+    /// Whether the task sets the limit, and not the robot's file.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_of_task: bool,
 }
 
 /// How far outside a limit a value may be, relative to 1 plus the limit, to allow for rounding of values held at it.
@@ -80,7 +83,7 @@ pub fn violations(of: &Channel, [lower, upper]: [f64; 2], values: &[f64]) -> Vec
             |worst: (usize, f64), next: (usize, f64)| if sign * (next.1 - worst.1) > 0.0 { next } else { worst };
         let (step, worst) = all().reduce(further)?;
         let Channel { name, unit } = of.clone();
-        Some(LimitViolation { name, unit, worst, limit: bound, step, steps: all().count() })
+        Some(LimitViolation { name, unit, worst, limit: bound, step, steps: all().count(), is_of_task: false })
     };
     [(upper, 1.0), (lower, -1.0)].into_iter().filter_map(side).collect()
 }

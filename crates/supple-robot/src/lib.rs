@@ -64,7 +64,7 @@ pub use load::{LoadOptions, load, parse};
 pub use lock::LockedJoint;
 pub use numbers::{JointNumbers, LinkNumbers, Numbers};
 pub use pose::{Pose, turn};
-pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Primitive, Robot, Solid};
+pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Narrowed, Primitive, Robot, Solid};
 pub use tree::{Body, Motion, Tree};
 pub use write::{Written, mjcf};
 

@@ -1,7 +1,7 @@
 //! Locks joints of a robot: fixes them at given positions.
 
 use crate::pose::{dot, scale};
-use crate::{Joint, JointKind, Limits, Measured, Omitted, Pose, Robot};
+use crate::{Joint, JointKind, Limits, Measured, Narrowed, Omitted, Pose, Robot};
 use supple_kernels::math;
 
 /// Relative tolerance on limits: rounding of a file's digits.
@@ -143,7 +143,7 @@ impl Joint {
         self.kind = JointKind::Fixed;
         self.mimic = None;
         self.axis = [1.0, 0.0, 0.0];
-        self.limits = Limits::default();
+        (self.limits, self.narrowed) = (Limits::default(), Narrowed::default());
         (self.reference, self.rest) = (0.0, 0.0);
         (self.damping, self.friction, self.armature, self.stiffness) = (0.0, 0.0, 0.0, 0.0);
     }

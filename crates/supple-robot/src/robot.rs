@@ -252,8 +252,10 @@ pub struct Joint {
     pub stiffness: f64,
     /// Position at which that spring is at rest.
     pub rest: f64,
-    /// Its limits.
+    /// Its limits: the stricter of its own in the file and those that the joints which follow it imply.
     pub limits: Limits,
+    /// Which joints' limits those are.
+    pub narrowed: Narrowed,
     /// The joint that it follows.
     pub mimic: Option<Mimic>,
     /// Line in the file.
@@ -278,6 +280,7 @@ impl Joint {
             stiffness: 0.0,
             rest: 0.0,
             limits: Limits::default(),
+            narrowed: Narrowed::default(),
             mimic: None,
             line: 0,
         }
@@ -303,6 +306,31 @@ impl Default for Limits {
     fn default() -> Self {
         Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY, velocity: f64::INFINITY, effort: f64::INFINITY }
     }
+}
+
+/// Names of the joints that follow a joint and whose limits are stricter on it than its own.
+///
+/// ```
+/// use supple_robot::LoadOptions;
+///
+/// let text = r#"<robot name="gripper"><link name="palm"/><link name="left"/><link name="right"/>
+///     <joint name="slide" type="prismatic"><parent link="palm"/><child link="left"/>
+///         <limit lower="0" upper="0.04" effort="10" velocity="1"/></joint>
+///     <joint name="other" type="prismatic"><parent link="palm"/><child link="right"/>
+///         <limit lower="-0.06" upper="0" effort="10" velocity="1"/>
+///         <mimic joint="slide" multiplier="-2"/></joint></robot>"#;
+/// let robot = supple_robot::parse(text, "gripper.urdf", &LoadOptions::default())?;
+/// let slide = &robot.joints[0];
+/// assert_eq!((slide.limits.upper, slide.limits.velocity), (0.03, 0.5));
+/// assert_eq!(slide.narrowed.position, ["other"]);
+/// # Ok::<(), supple_text::FileError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Narrowed {
+    /// Those that limit its position.
+    pub position: Vec<String>,
+    /// Those that limit its velocity.
+    pub velocity: Vec<String>,
 }
 
 /// How a joint follows another: `position = ratio * position of the other + offset`.

@@ -409,3 +409,46 @@ fn motors_limit_the_efforts_of_their_joints() {
     let efforts: Vec<f64> = (0..6).map(|joint| robot.greatest_effort(joint)).collect();
     assert_eq!(efforts, [20.0, 10.0, 3.0, 3.0, f64::INFINITY, 7.0]);
 }
+
+#[test]
+fn angles_in_another_unit_than_the_file_says_are_doubted() {
+    let warnings = |unit: &str, ranges: &[&str], euler: &str| {
+        let joint = |(i, range): (usize, &&str)| {
+            format!("<body name='b{i}' euler='{euler}'><joint name='j{i}' range='{range}'/>{INERTIAL}</body>")
+        };
+        let bodies: String = ranges.iter().enumerate().map(joint).collect();
+        let compiler = format!("<compiler angle='{unit}'/>");
+        read(&format!("<mujoco>\n{compiler}\n<worldbody>\n{bodies}</worldbody></mujoco>")).warnings
+    };
+    let degrees = warnings("radian", &["-90 90", "-1.5 1.5"], "0 90 0");
+    let says = [
+        "joint `j0`: `range` = -90 90 is rad, but looks like degrees (line 4)",
+        "body `b1`: `euler` = 0 90 0 is rad, but looks like degrees (line 4, and 1 more)",
+    ];
+    assert_eq!(degrees, says);
+    assert_eq!(warnings("radian", &["-1.5 3", "-12.566 12.566"], "0 3.1416 0"), [""; 0]);
+    let radians = warnings("degree", &["-1.5 1.5", "0 2.5"], "0 90 0");
+    let says = "joint `j0`: `range` = -1.5 1.5 is in degrees, but looks like rad, as do the ranges of all hinges; files in \
+                radians need `<compiler angle=\"radian\"/>` (line 4)";
+    assert_eq!(radians, [says]);
+    assert_eq!(warnings("degree", &["-1.57 1.57"], "0 0 0").len(), 1);
+    // Ranges of degrees, of flexures, and a single one that is wider than any in radians.
+    for ranges in [&["-1.5 1.5", "-90 90"][..], &["-5 5", "-2.5 2.5"], &["-5.5 5.5"], &["0 90"]] {
+        assert_eq!(warnings("degree", ranges, "0 90 0"), [""; 0], "{ranges:?}");
+    }
+}
+
+#[test]
+fn limits_of_followers_of_equalities_limit_their_leaders() {
+    let bodies: String = [("a", ""), ("b", "range='-30 60'")]
+        .map(|(name, range)| format!("<body><joint name='{name}' {range}/>{INERTIAL}</body>"))
+        .concat();
+    let equality = "<equality><joint joint1='b' joint2='a' polycoef='0 -2'/></equality>";
+    let robot = read(&format!("<mujoco><worldbody>{bodies}</worldbody>{equality}</mujoco>"));
+    let limits = robot.joints[0].limits;
+    assert_close("limits", [limits.lower, limits.upper], &[-30f64.to_radians(), 15f64.to_radians()]);
+    assert_eq!(
+        (robot.joints[0].kind, &*robot.joints[0].narrowed.position),
+        (JointKind::Revolute, &["b".to_owned()][..])
+    );
+}

@@ -303,3 +303,13 @@ fn a_link_may_be_called_world() {
     let links: Vec<_> = robot.links.iter().map(|link| link.name.as_str()).collect();
     assert_eq!((links, robot.joints[0].origin.position), (vec!["__world__", "world", "b"], [1.0, 0.0, 0.0]));
 }
+
+#[test]
+fn poses_in_degrees_are_doubted() {
+    let joint = |pose: &str| pair("revolute", &format!("{pose}<axis><xyz>0 0 1</xyz></axis>")).warnings;
+    let doubts = |pose: &str| joint(pose).into_iter().filter(|warning| warning.contains("degrees")).count();
+    let warnings = joint("<pose>0 0 0 0 90 0</pose>");
+    let says = "pose of joint `j`: the angles 0 90 0 are rad, but look like degrees; for those, set `degrees=\"true\"`";
+    assert!(warnings.iter().any(|warning| warning.starts_with(says)), "{warnings:?}");
+    assert_eq!(doubts("<pose>0 0 0 0 1.5 0</pose>") + doubts("<pose degrees='true'>0 0 0 0 90 0</pose>"), 0);
+}

@@ -6,7 +6,9 @@ mod random_trees;
 
 use std::path::{Path, PathBuf};
 
-use supple_robot::{Inertia, Joint, JointKind, Limits, LoadOptions, Mesh, Mimic, Pose, Robot, load, parse};
+use supple_robot::{
+    Inertia, Joint, JointKind, Limits, LoadOptions, LockedJoint, Mesh, Mimic, Narrowed, Pose, Robot, load, parse,
+};
 
 /// The robot in a text.
 fn read(text: &str) -> Robot {
@@ -147,6 +149,43 @@ fn chains_of_followers_lead_to_a_joint_that_follows_none() {
     let options = LoadOptions { independent_mimic: true, ..LoadOptions::default() };
     let free = parse(&text, "robot.urdf", &options).unwrap();
     assert!(free.joints.iter().all(|joint| joint.mimic.is_none()));
+}
+
+#[test]
+fn origins_in_degrees_are_doubted() {
+    let warnings = |rpy: &str| {
+        let body = inertial(1.0, [1.0; 3]).replace("<mass", &format!("<origin rpy='{rpy}'/><mass"));
+        read(&pair(&body, "continuous", &format!("<origin rpy='{rpy}'/>"))).warnings
+    };
+    let says = "origin of link `b`: `rpy` = 0 90 0 is rad, but looks like degrees (line 3, and 1 more)";
+    assert_eq!(warnings("0 90 0"), [says]);
+    assert_eq!(warnings("3.1416 -6.283186 0"), [""; 0]);
+}
+
+#[test]
+fn limits_of_followers_limit_what_they_follow() {
+    let limit = |lower: f64, upper: f64, velocity: f64| {
+        format!("<limit lower='{lower}' upper='{upper}' velocity='{velocity}' effort='1'/>")
+    };
+    let robot = |followed: &str, follower: &str| read(&star(&[followed, follower]).replace("continuous", "prismatic"));
+    let follows = "<mimic joint='j0' multiplier='-2' offset='0.01'/>";
+    // j1 = 0.01 - 2 j0 within 0 to 0.05: j0 within -0.02 to 0.005.
+    let narrow = robot(&limit(0.0, 0.05, 0.3), &(limit(0.0, 0.05, 0.3) + follows));
+    let Limits { lower, upper, velocity, .. } = narrow.joints[0].limits;
+    assert_eq!((lower, upper, velocity), (0.0, 0.005, 0.15));
+    let by = vec!["j1".to_owned()];
+    assert_eq!(narrow.joints[0].narrowed, Narrowed { position: by.clone(), velocity: by });
+    assert_eq!(narrow.joints[1].limits.upper, 0.05, "its own, as in the file");
+    // Limits that are less strict change nothing, and those that leave no range are not applied.
+    let wide = robot(&limit(0.0, 0.05, 0.3), &(limit(-1.0, 1.0, 1.0) + follows));
+    assert_eq!((wide.joints[0].limits.upper, wide.joints[0].limits.velocity), (0.05, 0.3));
+    assert_eq!(wide.joints[0].narrowed, Narrowed::default());
+    let none = robot(&limit(0.01, 0.05, 0.3), &(limit(0.0, 0.05, 1.0) + follows));
+    assert_eq!((none.joints[0].limits.lower, none.joints[0].limits.upper), (0.01, 0.05));
+    assert!(none.warnings.iter().any(|warning| warning.contains("its range is ignored")), "{:?}", none.warnings);
+    // A joint that is locked loses them.
+    let locked = narrow.locked(&[LockedJoint { joint: 0, position: 0.0 }]);
+    assert_eq!(locked.joints[0].narrowed, Narrowed::default());
 }
 
 #[test]

@@ -33,8 +33,8 @@ const MOST_POWERS: u32 = 4;
 const AGREE: f64 = 0.3;
 /// A suggested time step is this fraction of the limit found.
 const MARGIN: f64 = 0.95;
-/// Maximum number of sub-steps suggested: the most that task files may request.
-const MOST_SUBSTEPS: usize = 1000;
+/// Maximum number of sub-steps suggested or advised: the most that task files may request.
+pub(crate) const MOST_SUBSTEPS: usize = 1000;
 
 /// Whether the time step is short enough for a plan, by its knots.
 ///

@@ -17,6 +17,8 @@ pub(crate) struct LimitedNumber {
     pub of: Of,
     /// Its values along the plan: one per state, or one per step where it depends on the control.
     pub planned: Vec<f64>,
+    /// Whether the task sets the limits, and not the robot's file.
+    pub is_of_task: bool,
 }
 
 /// What a number is.
@@ -46,7 +48,7 @@ impl LimitedNumber {
                 Limited::Control(i) => (Of::Control(i), channels.controls.get(i), along(&plan.controls, i)),
             };
             let channel = Channel::new(limit.name, channel.map_or("", |channel| &channel.unit));
-            Self { channel, limits: [limit.lower, limit.upper], of, planned }
+            Self { channel, limits: [limit.lower, limit.upper], of, planned, is_of_task: false }
         });
         let mut all: Vec<Self> = of_robot.collect();
         let numbers: Vec<_> = system.followed(phi).into_iter().filter(|number| number.is_limited()).collect();
@@ -65,7 +67,8 @@ impl LimitedNumber {
             let is_known = |known: &Self| known.limits == number.limits && known.planned == planned;
             if !all.iter().any(is_known) {
                 let of = Of::Quantity { place, depends_on_control };
-                all.push(Self { channel: number.channel, limits: number.limits, of, planned });
+                let is_of_task = !number.is_of_model();
+                all.push(Self { channel: number.channel, limits: number.limits, of, planned, is_of_task });
             }
         }
         all
@@ -73,7 +76,8 @@ impl LimitedNumber {
 
     /// Where it leaves its limits along the plan.
     pub fn violations(&self) -> Vec<LimitViolation> {
-        violations(&self.channel, self.limits, &self.planned)
+        let found = violations(&self.channel, self.limits, &self.planned).into_iter();
+        found.map(|violation| LimitViolation { is_of_task: self.is_of_task, ..violation }).collect()
     }
 }
 

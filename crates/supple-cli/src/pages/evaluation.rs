@@ -26,7 +26,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
     page.push_str(&prices(at, None));
     page.push_str(&contacts::warnings(at));
     if at.tasks.len() > 1 {
-        let _ = writeln!(page, "all tasks: {} bits minimised", number(at.objective.information_bits));
+        let is_weighted = about.tasks.iter().any(|task| task.information_weight != 1.0);
+        let weighted = if is_weighted { ", weighted by `information_weight`" } else { "" };
+        let _ = writeln!(page, "all tasks together: {} bits{weighted}", number(at.objective.information_bits));
     }
     page + &next::after_evaluation(about, at)
 }
@@ -138,7 +140,7 @@ pub(super) fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
 
 /// A line for each limit that the plan of a task violates.
 pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
-    let line = |LimitViolation { name, unit, worst, limit, step, steps }: &LimitViolation| {
+    let line = |LimitViolation { name, unit, worst, limit, step, steps, .. }: &LimitViolation| {
         let side = if worst > limit { "above" } else { "below" };
         let steps = supple_text::count(*steps, "step");
         format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), with_unit(*limit, unit))

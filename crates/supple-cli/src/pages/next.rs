@@ -242,6 +242,12 @@ fn of_motion(task: &TaskEvaluation) -> Option<String> {
             "`substeps = {substeps}` in [model]: roll-outs of {name} on finer steps differ from those on its own steps"
         ));
     }
+    if task.trust.as_ref().is_some_and(|trust| trust.shorter_steps_advised) {
+        return Some(format!(
+            "a smaller `time_step`: roll-outs of {name} on finer steps differ from those on its own steps, and `substeps` is \
+             near its maximum"
+        ));
+    }
     let is_wanted = |name: &str| task.warnings.iter().any(|text| text.contains(&format!("`{name}`")));
     if let Some(contact) = task.contacts.iter().find(|contact| !contact.touches && is_wanted(&contact.name)) {
         return Some(format!(
@@ -251,7 +257,7 @@ fn of_motion(task: &TaskEvaluation) -> Option<String> {
         ));
     }
     let effort = |limit: &&LimitViolation| {
-        ["effort of", "control of", "force of"].iter().any(|start| limit.name.starts_with(start))
+        !limit.is_of_task && ["effort of", "control of", "force of"].iter().any(|start| limit.name.starts_with(start))
     };
     let more = |count: usize| if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
     if let Some(limit) = task.limits_violated.iter().find(effort) {
@@ -259,6 +265,14 @@ fn of_motion(task: &TaskEvaluation) -> Option<String> {
             "`enforce_effort_limits = true` in the task {name}: its plan exceeds the limit of {}{}",
             limit.name,
             more(task.limits_violated.iter().filter(effort).count())
+        ));
+    }
+    let of_task = |limit: &&LimitViolation| limit.is_of_task;
+    if let Some(limit) = task.limits_violated.iter().find(of_task) {
+        return Some(format!(
+            "`enforce = true` in the [[tasks.limits]] of {name} that its plan exceeds: that of {}{}",
+            limit.name,
+            more(task.limits_violated.iter().filter(of_task).count())
         ));
     }
     if let Some(limit) = task.limits_violated.first() {
@@ -315,6 +329,28 @@ mod tests {
             assert!(plan(&at).unwrap().starts_with(advice), "{:?}", plan(&at));
         }
     }
+    /// Advice to enforce the efforts of the robot's file, of a robot without any, led to an error.
+    #[test]
+    fn limits_of_the_task_are_enforced_in_the_task() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml");
+        let problem = supple_file::load(path).unwrap();
+        let options = EvaluateOptions { rollouts: 0, ..EvaluateOptions::default() };
+        let mut at = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
+        let violated = |is_of_task| LimitViolation {
+            name: "effort of z".to_owned(),
+            unit: "N".to_owned(),
+            worst: 12.0,
+            limit: 10.0,
+            step: 0,
+            steps: 3,
+            is_of_task,
+        };
+        at.tasks[0].limits_violated = vec![violated(true)];
+        assert!(plan(&at).unwrap().starts_with("`enforce = true` in the [[tasks.limits]] of "), "{:?}", plan(&at));
+        at.tasks[0].limits_violated = vec![violated(true), violated(false)];
+        assert!(plan(&at).unwrap().starts_with("`enforce_effort_limits = true` in the task "), "{:?}", plan(&at));
+    }
+
     /// A design above its budget was said to need a greater `bound` alone.
     #[test]
     fn every_limit_that_is_missed_is_raised() {

@@ -9,6 +9,7 @@ use crate::tables::{align_right, heading, number, table};
 pub fn sensors_page(about: &About, study: &Sensors) -> String {
     let mut page = heading(about) + &asked(about, study) + &sets(study);
     page.push_str(&values(study));
+    study.remarks.iter().for_each(|remark| page.extend(["Note: ", remark, ".\n"]));
     page.push_str(&certificate(study));
     page.push_str(next(study));
     page

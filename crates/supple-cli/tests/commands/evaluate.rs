@@ -173,6 +173,13 @@ fn controls_may_be_given_per_step() {
 }
 
 #[test]
+fn the_bits_of_several_tasks_are_not_said_to_be_minimised() {
+    let page = Folder::with_task(LINEAR).run(&["evaluate", "task.toml", "--rollouts", "0"]).stdout;
+    assert!(page.contains("\nall tasks together: ") && !page.contains("bits minimised"), "{page}");
+    assert!(page.contains(" bits, weighted by `information_weight`\n"), "{page}");
+}
+
+#[test]
 fn tasks_share_parameters_and_add_up() {
     let found = Folder::with_task(LINEAR).run(&["evaluate", "task.toml", "--json", "--gradient", "total"]).json(0);
     let tasks = found["tasks"].as_array().unwrap();

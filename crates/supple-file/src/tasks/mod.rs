@@ -19,6 +19,7 @@ use supple_text::{FileError, digits, significant};
 use crate::first_state::{FirstState, InitialState, outside_limits};
 use crate::followed;
 use crate::rows::{Guess, Rows};
+use crate::targets::out_of_reach;
 use noise::NoiseFile;
 use reader::Reader;
 
@@ -205,16 +206,19 @@ pub(super) fn read(
         _ => return Err(document.error(&at, "must be a list of one or more tables: [[tasks]]")),
     };
     let mut tasks: Vec<Task> = Vec::with_capacity(count);
+    let mut doubts = Vec::new();
     for index in 0..count {
         let read = Reader { document, index, parameters, kinds }.read(model);
-        let task = read.map_err(|error| misplaced(error, index, &model.vocabulary().states))?;
+        let (task, doubtful) = read.map_err(|error| misplaced(error, index, &model.vocabulary().states))?;
         if tasks.iter().any(|other| other.name == task.name) {
             let at = ["tasks".into(), index.into(), "name".into()];
             return Err(document.error(&at, format!("`{}` names two tasks", task.name)));
         }
         tasks.push(task);
+        doubts.extend(doubtful);
     }
     let mut warnings: Vec<String> = tasks.iter().flat_map(|task| outside_limits(task, &parameters.initial())).collect();
+    warnings.extend(doubts);
     if model.starts_by_itself() {
         let steps = tasks.iter().map(|task| (&task.name, task.time_step.resolve::<f64>(&parameters.initial())));
         warnings.extend(steps.filter(|(_, time_step)| *time_step >= SLOW).map(|(name, time_step)| {
@@ -228,7 +232,8 @@ pub(super) fn read(
 }
 
 impl Reader<'_> {
-    fn read(&self, model: &dyn AnyModel) -> Result<Task, FileError> {
+    /// The task, and what to say of its numbers.
+    fn read(&self, model: &dyn AnyModel) -> Result<(Task, Vec<String>), FileError> {
         let size = model.dimensions();
         let file: TaskFile = self.document.read(&["tasks".into(), self.index.into()])?;
         if file.name.is_empty() {
@@ -277,7 +282,8 @@ impl Reader<'_> {
             Some(guess) => self.guess(guess, size, file.steps)?,
             None => Vec::new(),
         };
-        let system = model.system((costs, followed), file.time_step, self.parameters.len());
+        let terms = (costs.clone(), followed.clone());
+        let system = model.system(terms, file.time_step, self.parameters.len());
         if file.enforce_effort_limits && bounds_of(&of_model, size.controls).is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
@@ -288,7 +294,8 @@ impl Reader<'_> {
             .weighing_information(file.information_weight);
         let task = Task { bound: file.bound, control_bounds, ..task };
         task.check(self.parameters).map_err(|unfit| self.unfit(unfit))?;
-        Ok(task)
+        let doubts = out_of_reach(&task, &costs, &followed, &self.parameters.initial());
+        Ok((task, doubts))
     }
 
     /// The rows of a first guess, whose lengths are checked with the task: one row, or one for each step; of one control,

@@ -11,7 +11,7 @@ use crate::document::merged;
 use crate::document::{FileError, Place, ReadError, Reader, Spot, Unfit};
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Kinds, Quantity};
-use crate::value::OneOrMore;
+use crate::value::{OneOrList, OneOrMore};
 
 /// The keys of a cost besides those of its quantity.
 const KEYS: &[&str] = &["target", "weight", "final_weight", "norm"];
@@ -23,10 +23,11 @@ const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight",
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct File {
-    /// Where the quantity should be, in its units: one number per entry; default: 0; required for contact forces, frame
+    /// Where the quantity should be, in its units: one number for all entries or one each; default: 0; required for contact forces, frame
     /// positions and the centre of mass. For `frame_pose`, the three position entries suffice.
     #[serde(alias = "position")]
-    target: Option<OneOrMore>,
+    #[cfg_attr(feature = "schema", schemars(with = "Option<OneOrMore>"))]
+    target: Option<OneOrList>,
     /// Weight in every stage, one for all entries or one each, in 1/unit² with the quadratic norm.
     weight: OneOrMore,
     /// The same in the final cost; default: `weight`. Not allowed for quantities that depend on the control.
@@ -46,12 +47,17 @@ impl File {
             _ => given.each(len).map(Weights::Each).map_err(|found| Unfit::new(key, found.to_string())),
         };
         let cost = Cost::new(quantity, 1.0).with_norm(norm).with_weights(weights("weight", self.weight)?);
-        let cost = match self.target.map(|targets| targets.0) {
+        let least = cost.quantity.least_targets();
+        let targets = self.target.map(|target| match target {
+            // Entries of poses are in different units.
+            OneOrList::One(target) if least == len => vec![target; len],
+            OneOrList::One(target) => vec![target],
+            OneOrList::List(targets) => targets,
+        });
+        let cost = match targets {
             None if cost.quantity.needs_target() => return Err(Unfit::new("target", "is missing")),
             None => cost,
-            Some(targets) if targets.len() == len || targets.len() == cost.quantity.least_targets() => {
-                cost.with_targets(targets)
-            }
+            Some(targets) if targets.len() == len || targets.len() == least => cost.with_targets(targets),
             Some(targets) => {
                 let valid = if len == 1 { "one number".into() } else { format!("{len} numbers, one for each entry") };
                 return Err(Unfit::new("target", format!("must be {valid}; found {}", targets.len())));

@@ -67,6 +67,12 @@ pub(super) fn states(prefix: &str, names: &[String], vocabulary: &Vocabulary) ->
 }
 
 impl JointPosition {
+    /// Places of the states that are measured.
+    #[must_use]
+    pub fn states(&self) -> &[usize] {
+        &self.selected
+    }
+
     /// The positions of joints.
     pub(super) fn of(joints: &[String], vocabulary: &Vocabulary) -> Result<Self, Unfit> {
         Ok(Self { selected: states("q", joints, vocabulary)? })

@@ -19,6 +19,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             @let of = if several { format!(", {folder}") } else { String::new() };
             (sets(study, &of))
             (values(study, &of))
+            @if !study.remarks.is_empty() { ul { @for remark in &study.remarks { li { (remark) } } } }
             p { (certificate(study)) }
         }
     })

@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use supple_text::FileError;
 
-use super::mimic::follow;
+use super::mimic::{follow, narrow};
 use super::names::Names;
 use super::options::LoadOptions;
 use super::parts::{Ends, FramePart, JointPart, LinkPart, Parts};
@@ -49,6 +49,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
     let joints = Names::new(parts.joints.iter().map(|joint| (joint.own.name.as_str(), joint.at)), "joint")?;
     Names::new(parts.frames.iter().map(|frame| (frame.name.as_str(), frame.link.at)), "frame")?;
     let mimics = follow(&parts.joints, &joints, &mut parts.warnings)?;
+    narrow(&mut parts.joints, &mimics, &mut parts.warnings);
     let ends = ends(&parts.joints, &links)?;
     let order = order(document, &parts, &ends)?;
     let mut frames = Vec::with_capacity(parts.frames.len());

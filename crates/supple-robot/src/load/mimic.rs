@@ -7,7 +7,7 @@ use super::parts::{JointPart, MimicPart};
 use super::physics::GREATEST;
 use super::warnings::Warnings;
 use super::words::{listed, shown};
-use crate::{JointKind, Mimic};
+use crate::{JointKind, Limits, Mimic};
 
 /// The mimic relation of each joint, by index in the file, with chains resolved so that no leader is a mimic joint itself.
 ///
@@ -70,6 +70,56 @@ pub(super) fn follow(
         }
     }
     Ok(resolved)
+}
+
+/// How much stricter a limit must be to replace another, relative to 1 plus its size: rounding of a file's digits.
+const STRICTER: f64 = 1e-9;
+
+/// Narrows the limits of joints that others follow to those that the followers' own limits leave them. Limits of a
+/// follower that leave no range are reported, and not applied.
+pub(super) fn narrow(joints: &mut [JointPart], mimics: &[Option<Mimic>], warnings: &mut Warnings) {
+    for follower in 0..joints.len() {
+        let Some(mimic) = mimics[follower].filter(|mimic| mimic.ratio != 0.0) else { continue };
+        let (own, leader) = (&joints[follower], &joints[mimic.joint]);
+        let (name, limits) = (own.own.name.clone(), leader.own.limits);
+        let implied = implied(own.own.limits, mimic);
+        let (lower, upper) = (limits.lower.max(implied.lower), limits.upper.min(implied.upper));
+        let narrows = stricter(implied.lower, limits.lower, -1.0) || stricter(implied.upper, limits.upper, 1.0);
+        if narrows && lower >= upper {
+            warnings.note("range of a follower", own.at, || {
+                format!(
+                    "it follows {}, to which its own range leaves none; its range is ignored",
+                    shown(&leader.own.name)
+                )
+            });
+        }
+        let leader = &mut joints[mimic.joint].own;
+        if narrows && lower < upper {
+            (leader.limits.lower, leader.limits.upper) = (lower, upper);
+            if limits.lower <= implied.lower && implied.upper <= limits.upper {
+                leader.narrowed.position.clear();
+            }
+            leader.narrowed.position.push(name.clone());
+            if leader.kind == JointKind::Continuous {
+                leader.kind = JointKind::Revolute;
+            }
+        }
+        if stricter(implied.velocity, limits.velocity, 1.0) {
+            leader.limits.velocity = implied.velocity;
+            leader.narrowed.velocity = vec![name];
+        }
+    }
+}
+
+/// The limits of a joint that is followed, from those of the follower: `position = ratio * followed + offset`.
+fn implied(limits: Limits, Mimic { ratio, offset, .. }: Mimic) -> Limits {
+    let [a, b] = [limits.lower, limits.upper].map(|end| (end - offset) / ratio);
+    Limits { lower: a.min(b), upper: a.max(b), velocity: limits.velocity / ratio.abs(), ..Limits::default() }
+}
+
+/// Whether a limit is stricter than another, by more than rounding; the sign is 1 for upper limits and -1 for lower ones.
+fn stricter(limit: f64, than: f64, sign: f64) -> bool {
+    limit.is_finite() && sign * (than - limit) > STRICTER * (1.0 + limit.abs())
 }
 
 /// The joint that is followed directly.

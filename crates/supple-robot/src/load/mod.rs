@@ -1,6 +1,7 @@
 //! Robot files: URDF, SDF or MJCF text in, [`Robot`] out; every error names file, line, element and what is valid.
 
 mod assemble;
+mod degrees;
 mod joint_kind;
 mod meshes;
 mod mimic;

@@ -7,6 +7,7 @@ use std::path::Path;
 use supple_text::FileError;
 
 use super::assemble::assemble;
+use super::degrees::{given, turns};
 use super::joint_kind::joint_kind;
 use super::meshes::mesh_path;
 use super::moments::turned;
@@ -131,10 +132,10 @@ fn link<'a>(
     for element in at.children() {
         pass_over(element, &LINK, &LINK_IGNORED, warnings);
     }
-    let inertia = at.child("inertial")?.map(|at| Ok((inertial(at)?, at))).transpose()?;
+    let inertia = at.child("inertial")?.map(|at| Ok((inertial(at, warnings)?, at))).transpose()?;
     let mut link = LinkPart { inertia, ..LinkPart::empty(at, name) };
     for visual in at.all("visual") {
-        let pose = origin(visual)?;
+        let pose = origin(visual, warnings)?;
         let Some(geometry) = visual.child("geometry")? else { continue };
         match geometry.child("mesh")? {
             Some(at) => link.meshes.extend(mesh(at, pose, (options, folder), warnings)?),
@@ -156,8 +157,8 @@ fn link<'a>(
 /// ```text
 /// moment in the link's axes = R I R'
 /// ```
-fn inertial(at: Element) -> Result<Inertia, FileError> {
-    let Pose { rotation: r, position } = origin(at)?;
+fn inertial(at: Element, warnings: &mut Warnings) -> Result<Inertia, FileError> {
+    let Pose { rotation: r, position } = origin(at, warnings)?;
     let mass = at.required_child("mass")?.required_number("value")?;
     let element = at.required_child("inertia")?;
     let [xx, xy, xz] = ["ixx", "ixy", "ixz"].map(|name| element.required_number(name));
@@ -168,9 +169,13 @@ fn inertial(at: Element) -> Result<Inertia, FileError> {
 }
 
 /// The `origin` of an element: `xyz` in metres and `rpy` in radians, both 0 where nothing is said.
-fn origin(at: Element) -> Result<Pose, FileError> {
+fn origin(at: Element, warnings: &mut Warnings) -> Result<Pose, FileError> {
     let Some(origin) = at.child("origin")? else { return Ok(Pose::IDENTITY) };
-    Ok(Pose::from_rpy(origin.numbers("xyz")?.unwrap_or([0.0; 3]), origin.numbers("rpy")?.unwrap_or([0.0; 3])))
+    let rpy = origin.numbers("rpy")?.unwrap_or([0.0; 3]);
+    if turns(rpy) {
+        warnings.note("degrees of rpy", origin, || format!("`rpy` = {} is rad, but looks like degrees", given(rpy)));
+    }
+    Ok(Pose::from_rpy(origin.numbers("xyz")?.unwrap_or([0.0; 3]), rpy))
 }
 
 /// The mesh of a `visual` at a pose; `None` and a warning if it cannot be used.
@@ -209,7 +214,7 @@ fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, 
         Ok(Reference { at, name: at.required("link")?.to_owned() })
     };
     let mut joint = JointPart::new(at, &name, kind, end("parent")?, end("child")?);
-    joint.own.origin = origin(at)?;
+    joint.own.origin = origin(at, warnings)?;
     if let Some(axis) = at.child("axis")? {
         joint.own.axis = axis.required_numbers("xyz")?;
     }

@@ -105,6 +105,7 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
         chosen: SensorSet::of(&selection, &chosen.sensors, SetBy::of(chosen.rule)),
         certificate,
         sensors: report::values(&selection, &kinds, &chosen.sensors, &relaxed.weights),
+        remarks: if task.problem.catalogue.is_some() { Vec::new() } else { report::joined(&selection) },
     })
 }
 

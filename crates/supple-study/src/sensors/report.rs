@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use supple::Named;
-use supple::sensors::{Chosen, Goal, Relaxation, Rule, Selection, Worth};
+use supple::sensors::{Candidate, Chosen, Goal, Relaxation, Rule, Selection, Worth};
 
 use super::options::SensorsOptions;
 
@@ -36,6 +36,9 @@ pub struct Sensors {
     pub certificate: Certificate,
     /// Every candidate, in order.
     pub sensors: Vec<SensorValue>,
+    /// Which measurements are one candidate, and why.
+    #[serde(default)]
+    pub remarks: Vec<String>,
 }
 
 /// A set of sensors.
@@ -264,4 +267,16 @@ pub(super) fn values(selection: &Selection, kinds: &[String], chosen: &[usize], 
         }
     };
     all.iter().map(|&one| value(one)).collect()
+}
+
+/// Of a task's own measurements, those that are chosen together.
+pub(super) fn joined(selection: &Selection) -> Vec<String> {
+    let joined = selection.candidates.iter().filter(|candidate| candidate.rows.len() > 1);
+    let remark = |candidate: &Candidate| {
+        format!(
+            "{} are one candidate, chosen together: the noise of these measurements is correlated, in `noise.measurement`",
+            candidate.name
+        )
+    };
+    joined.map(remark).collect()
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use supple_model::ContactReport;
 use supple_text::short;
 
+use crate::growth::MOST_SUBSTEPS;
 use crate::plan::PlanStatus;
 use crate::settings::MOST_ROLLOUTS;
 use crate::simulate::{Consistency, Estimate, FinerSteps, LimitShare, MonteCarlo, student_quantile};
@@ -54,6 +55,9 @@ pub struct Trust {
     /// try.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub substeps_advised: Option<usize>,
+    /// If they do, and the model has as many sub-steps as it may: whether to try a smaller time step.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub shorter_steps_advised: bool,
 }
 
 /// Whether the linearisation used to compute information and expected cost is valid.
@@ -132,17 +136,24 @@ impl Trust {
             let advice = "try less initial uncertainty or process noise, softer contacts (`stiffness`, `smoothing`), or a \
                           smaller weight on the quantity that the feedback tracks";
             broken.push(advice.to_owned());
-            let (rollouts_needed, substeps_advised) = (None, None);
-            return Self { verdict: Verdict::Broken, reasons: broken, rollouts_needed, substeps_advised };
+            return Self {
+                verdict: Verdict::Broken,
+                reasons: broken,
+                rollouts_needed: None,
+                substeps_advised: None,
+                shorter_steps_advised: false,
+            };
         }
-        let substeps = SUBSTEPS * substeps.unwrap_or(1);
+        let substeps = more_substeps(substeps.unwrap_or(1));
         let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, (sampled, finer), substeps));
-        let substeps_advised = coarse.as_ref().map(|_| substeps);
+        let substeps_advised = coarse.as_ref().and(substeps);
+        let shorter_steps_advised = coarse.is_some() && substeps.is_none();
         let of_limit = limit_exceeded(predicted, sampled);
         let broken_by_steps = coarse.as_ref().filter(|(verdict, _)| *verdict == Verdict::Broken);
         if let Some(reason) = broken_by_steps.map(|(_, reason)| reason.clone()).or(of_limit) {
             let reasons = runaways(sampled).into_iter().chain([reason]).collect();
-            return Self { verdict: Verdict::Broken, reasons, rollouts_needed: None, substeps_advised };
+            let (verdict, rollouts_needed) = (Verdict::Broken, None);
+            return Self { verdict, reasons, rollouts_needed, substeps_advised, shorter_steps_advised };
         }
         let rollouts_needed = rollouts_needed(predicted, sampled);
         let mut reasons = doubts(predicted, sampled, rollouts_needed);
@@ -157,7 +168,7 @@ impl Trust {
         if verdict == Verdict::Holds {
             reasons = small_differences(predicted, sampled);
         }
-        Self { verdict, reasons, rollouts_needed, substeps_advised }
+        Self { verdict, reasons, rollouts_needed, substeps_advised, shorter_steps_advised }
     }
 
     /// Whether the only doubt is that there are too few roll-outs.
@@ -165,6 +176,11 @@ impl Trust {
     pub fn needs_only_rollouts(&self) -> bool {
         self.rollouts_needed.is_some() && self.reasons.len() == 1
     }
+}
+
+/// The sub-steps to try where finer steps change what roll-outs do; `None` if the model has about as many as it may.
+fn more_substeps(now: usize) -> Option<usize> {
+    (2 * now <= MOST_SUBSTEPS).then(|| MOST_SUBSTEPS.min(SUBSTEPS * now))
 }
 
 /// A number in a message.
@@ -236,10 +252,13 @@ fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
 fn too_coarse(
     predicted: &Predicted,
     (sampled, finer): (&MonteCarlo, &FinerSteps),
-    substeps: usize,
+    substeps: Option<usize>,
 ) -> Option<(Verdict, String)> {
     let &FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = finer;
-    let advice = format!("try `substeps = {substeps}` in [model], or a smaller `time_step`");
+    let advice = match substeps {
+        Some(substeps) => format!("try `substeps = {substeps}` in [model], or a smaller `time_step`"),
+        None => "try a smaller `time_step`".to_owned(),
+    };
     if diverged > 0 {
         let what = format!("{diverged} of {rollouts} roll-outs diverge on a plant of {times} times finer steps");
         return Some((
@@ -266,6 +285,10 @@ fn too_coarse(
         return Some((verdict, format!("{costs} on the steps of this task{limit}{innovations}; {advice}")));
     }
     let own = sampled.consistency?.mean;
+    // Roll-outs that cost the same on finer steps, and not what is predicted, are not off because of the steps.
+    if own > LOST || differs(predicted, sampled) {
+        return None;
+    }
     let of_filter = finer.consistency.filter(|found| is_inconsistent(found) && (found.mean - own).abs() > INCONSISTENT);
     if let Some(Consistency { mean, .. }) = of_filter {
         let what = format!(
@@ -490,4 +513,59 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         }
     }
     reasons
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    /// Roll-outs of `cost`, whose filter is off on finer steps as on the task's own.
+    fn sampled(cost: f64, consistency: f64) -> MonteCarlo {
+        let found = |mean: f64| serde_json::json!({ "mean": mean, "lower_95": 0.99, "upper_95": 1.01 });
+        let finer = serde_json::json!({
+            "times": 16, "rollouts": 32, "diverged": 0, "cost_mean": cost, "own_cost_mean": cost,
+            "median_difference": 0.0, "difference_standard_error": 0.01, "consistency": found(7.5),
+        });
+        let all = serde_json::json!({
+            "rollouts": 256, "seed": 1, "cost_mean": cost, "cost_standard_error": 0.1, "difference": cost - 20.0,
+            "consistency": found(consistency), "finer": finer,
+        });
+        serde_json::from_value(all).unwrap()
+    }
+
+    fn trust(sampled: &MonteCarlo, substeps: usize) -> Trust {
+        let predicted = Predicted {
+            status: PlanStatus::Converged,
+            cost: 20.0,
+            nominal: 19.0,
+            kept_limit: None,
+            bits: 10.0,
+            contacts: &[],
+            has_varying_noise: false,
+        };
+        Trust::of(&predicted, sampled, Some(substeps))
+    }
+
+    #[test]
+    fn advice_on_substeps_ends_at_their_maximum() {
+        let coarse = sampled(20.0, 1.0);
+        for (substeps, advised) in [(1, Some(8)), (160, Some(1000)), (500, Some(1000)), (800, None), (1000, None)] {
+            let trust = trust(&coarse, substeps);
+            assert_eq!((trust.substeps_advised, trust.shorter_steps_advised), (advised, advised.is_none()));
+            assert_eq!(trust.to_string().contains("substeps"), advised.is_some(), "{trust}");
+            assert!(trust.to_string().contains("a smaller `time_step`"), "{trust}");
+        }
+    }
+
+    /// Where roll-outs are as far off on the task's own steps, the steps are not the cause.
+    #[test]
+    fn substeps_are_not_advised_where_finer_steps_change_nothing() {
+        for sampled in [sampled(4000.0, 1.0), sampled(20.0, 4000.0)] {
+            let trust = trust(&sampled, 4);
+            assert_eq!(trust.verdict, Verdict::Broken, "{trust}");
+            assert!(trust.substeps_advised.is_none() && !trust.shorter_steps_advised, "{trust}");
+        }
+    }
 }

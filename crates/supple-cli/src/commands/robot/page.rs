@@ -42,6 +42,16 @@ pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], source: &str, v
     if moving > 0 {
         page.push_str("\nMoving joints in the order of --q, --v and --tau; SI units and radians\n\n");
         page.push_str(&joint_table(robot, tree).trimmed());
+        for joint in tree.joint_indices().iter().map(|&joint| &robot.joints[joint]) {
+            for (what, by) in [("positions", &joint.narrowed.position), ("speed", &joint.narrowed.velocity)] {
+                if let [_, ..] = by[..] {
+                    let by: Vec<_> = by.iter().map(|by| name(by)).collect();
+                    let follow = if by.len() == 1 { "follows" } else { "follow" };
+                    let (joint, by) = (name(&joint.name), by.join(", "));
+                    let _ = writeln!(page, "The limits of {joint} on {what} are those of {by}, which {follow} it.");
+                }
+            }
+        }
     }
     if !robot.frames.is_empty() {
         page.push_str("\nFrames besides those of links\n\n");

@@ -89,7 +89,11 @@ impl Robot {
         }
         if let Value::Number(gear) = drive.gear {
             let most = self.effort_of_joint(drive) / (gear * gain).abs();
-            limits.push(Limit::control(format!("effort of joint `{}`", joint.name), control, -most, most));
+            let name = match gear {
+                1.0 => format!("effort of joint `{}`", joint.name),
+                _ => format!("effort of the drive of joint `{}`, before its gear", joint.name),
+            };
+            limits.push(Limit::control(name, control, -most, most));
         }
         limits
     }

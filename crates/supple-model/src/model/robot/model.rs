@@ -155,9 +155,10 @@ impl Model for Robot {
         for (dof, &joint) in self.bodies.tree.joint_indices().iter().enumerate() {
             let joint = &self.bodies.robot.joints[joint];
             let [lower, upper] = [joint.limits.lower, joint.limits.upper];
-            limits.push(Limit::state(format!("position of joint `{}`", joint.name), dof, lower, upper));
+            let name = |what, by: &[String]| format!("{what} of joint `{}`{}", joint.name, of_followers(by));
+            limits.push(Limit::state(name("position", &joint.narrowed.position), dof, lower, upper));
             let most = joint.limits.velocity;
-            limits.push(Limit::state(format!("velocity of joint `{}`", joint.name), positions + dof, -most, most));
+            limits.push(Limit::state(name("velocity", &joint.narrowed.velocity), positions + dof, -most, most));
         }
         for (control, drive) in self.drives.iter().enumerate() {
             limits.extend(self.control_limits(control, drive));
@@ -207,5 +208,14 @@ impl Model for Robot {
         let mut entries = vec![S::zero(); 3 * self.landmark_count()];
         run(self, Part::Landmarks, at, &mut entries);
         entries.chunks_exact(3).map(|place| [place[0], place[1], place[2]]).collect()
+    }
+}
+
+/// Whose limits those of a joint are, for its name; empty where they are its own.
+fn of_followers(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => format!(" (from the limits of `{one}`, which follows it)"),
+        several => format!(" (from the limits of `{}`, which follow it)", several.join("`, `")),
     }
 }

@@ -3,6 +3,7 @@
 //! Source: the reference at <https://mujoco.readthedocs.io/en/stable/XMLreference.html>, versions up to 4.0.
 
 mod actuator;
+mod angles;
 mod body;
 mod defaults;
 mod equality;
@@ -74,6 +75,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
     reader.parts.gravity = Some(gravity);
     reader.meshes(root);
     reader.world(root)?;
+    reader.doubt_angles(root);
     reader.equalities(root)?;
     reader.read_actuators(root)?;
     reader.read_sensors(root)?;

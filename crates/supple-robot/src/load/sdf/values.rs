@@ -2,6 +2,7 @@
 
 use supple_text::FileError;
 
+use super::super::degrees::{given, turns};
 use super::super::parts::Reference;
 use super::super::warnings::Warnings;
 use super::super::words::shown;
@@ -94,12 +95,12 @@ pub(super) fn pose<'a>(
     }
     let relative_to = relative_to.map(|name| Reference { at, name: name.to_owned() });
     // An empty pose is the default one.
-    let pose = if at.content().is_ok() { numbers(at)? } else { Pose::IDENTITY };
+    let pose = if at.content().is_ok() { numbers(at, warnings)? } else { Pose::IDENTITY };
     Ok((pose, relative_to))
 }
 
 /// The numbers of a `pose`: `x y z roll pitch yaw`, or `x y z qx qy qz qw`.
-fn numbers(at: Element) -> Result<Pose, FileError> {
+fn numbers(at: Element, warnings: &mut Warnings) -> Result<Pose, FileError> {
     let quaternion = at.choice("rotation_format", &[("euler_rpy", false), ("quat_xyzw", true)])?.unwrap_or(false);
     let degrees = at.choice("degrees", &[("true", true), ("false", false), ("1", true), ("0", false)])?;
     if quaternion {
@@ -112,5 +113,11 @@ fn numbers(at: Element) -> Result<Pose, FileError> {
     }
     let [x, y, z, roll, pitch, yaw] = at.content_numbers()?;
     let unit = if degrees == Some(true) { std::f64::consts::PI / 180.0 } else { 1.0 };
+    if degrees != Some(true) && turns([roll, pitch, yaw]) {
+        warnings.note("degrees of pose", at, || {
+            let angles = given([roll, pitch, yaw]);
+            format!("the angles {angles} are rad, but look like degrees; for those, set `degrees=\"true\"`")
+        });
+    }
     Ok(Pose::from_rpy([x, y, z], [roll, pitch, yaw].map(|angle| angle * unit)))
 }

@@ -205,11 +205,12 @@ fn elements_of_compliance() {
         ),
         (
             arm().with(&spring(plain)).with(&spring(plain)),
-            "task.toml:11:8: model.compliance[1].name: the name `return` is already in use",
+            "task.toml:11:8: model.compliance[1].name: the name `return` is already in use by another table of `compliance`",
         ),
         (
             arm().with(&compliance("spring", "tool", plain)),
-            "task.toml:6:8: model.compliance[0].name: the name `tool` is already in use",
+            "task.toml:6:8: model.compliance[0].name: the name `tool` is already in use by a frame of the robot (choose \
+             another, such as `tool_spring`)",
         ),
         (
             arm().with(&spring("joint = \"slide\"\nstiffness = -10.0")),

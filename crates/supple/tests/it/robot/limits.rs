@@ -36,7 +36,7 @@ fn worst_value_first_step_and_number_of_steps_of_each_side_are_found() {
     ];
     let of = |name: &str, worst, limit, step, steps| {
         let unit = if name == "control" { "N m".to_owned() } else { String::new() };
-        LimitViolation { name: name.into(), unit, worst, limit, step, steps }
+        LimitViolation { name: name.into(), unit, worst, limit, step, steps, is_of_task: false }
     };
     let expected = [
         of("first", 0.6, 0.4, 4, 2),
@@ -103,4 +103,19 @@ fn warnings_of_the_robots_file_are_those_of_the_problem() {
     assert!(warnings[0].contains("link `upper`") && warnings[0].contains("(line 12)"), "{warnings:?}");
     let Problem { warnings, .. } = shipped("two_mass.toml");
     assert_eq!(warnings, Vec::<String>::new());
+}
+
+/// The limit of a drive with a gear is on the motor's side, that of the file on the joint's.
+#[test]
+fn limits_of_drives_with_gears_say_so() {
+    let limit = |gear: &str| {
+        let problem = arm().with(&format!("[model.drives.elbow]\ngear = {gear}\n")).problem();
+        let limits = problem.tasks[0].system.limits().into_iter();
+        let efforts = limits.filter(|limit| limit.name.starts_with("effort of") && limit.name.contains("`elbow`"));
+        efforts.map(|limit| (limit.name, limit.upper)).collect::<Vec<_>>()
+    };
+    let [(name, effort)] = &limit("1.0")[..] else { panic!("one limit") };
+    assert_eq!(name, "effort of joint `elbow`");
+    let of_drive = "effort of the drive of joint `elbow`, before its gear".to_owned();
+    assert_eq!(limit("20.0"), [(of_drive, effort / 20.0)]);
 }

@@ -49,3 +49,15 @@ fn followers_where_joints_are_asked_for_name_their_leader() {
         assert!(error.contains("(use `left`, which moves both)"), "{error}");
     }
 }
+
+#[test]
+fn limits_of_a_follower_limit_its_leader() {
+    let sensors = sensor("joint_position", "select = [\"left\"]\nvariance = 1.0");
+    let limits = gripper("", &sensors).problem().tasks[0].system.limits();
+    let named: Vec<_> = limits.iter().map(|limit| (limit.name.as_str(), limit.upper)).collect();
+    // right = 0.01 - left / 2 is at least -0.03 m; its speed, 1 m/s, is not stricter.
+    let position = "position of joint `left` (from the limits of `right`, which follows it)";
+    assert_eq!(named[..2], [(position, 0.08), ("velocity of joint `left`", 1.0)]);
+    let free = gripper("independent_mimic = true\n", &sensors).problem().tasks[0].system.limits();
+    assert_eq!((free[0].name.as_str(), free[0].upper), ("position of joint `left`", 0.1));
+}

@@ -219,6 +219,40 @@ fn starts_outside_limits_are_warned_of() {
 }
 
 #[test]
+fn targets_and_limits_that_cannot_be_are_warned_of() {
+    let said = |costs: &str| {
+        let warnings = arm().costing(costs).problem().warnings;
+        warnings
+            .into_iter()
+            .filter(|warning| warning.contains("(joint_position)") || warning.contains("(frame_point)"))
+            .collect::<Vec<_>>()
+    };
+    let position = |keys: &str| cost("joint_position", &format!("select = [\"elbow\", \"slide\"]\n{keys}"));
+    let point = |target: &str| cost("frame_point", &format!("frame = \"tool\"\ntarget = {target}\nweight = 1.0"));
+    let limit = |keys: &str| position(keys).replace("tasks.costs", "tasks.limits");
+    assert_eq!(
+        said(&(position("target = [30.0, 0.1]\nweight = 1.0") + &point("[0.5, 120.0, 0.0]"))),
+        [
+            "task `task`: cost 1 (joint_position): the target of position of joint `elbow`, 30, is outside its range \
+             [-2.5, 2.5] (angles are in rad: 30 degrees are 0.5236 rad)",
+            "task `task`: cost 2 (frame_point): its target is 120 m from where the frame starts, at 0.439, 0.029, 0.75 m (lengths are in m)",
+        ]
+    );
+    let control = cost("control", "weight = 1.0");
+    assert_eq!(
+        said(&(control.clone() + &position("target = [0.0, 3.0]\nweight = 0.0") + &limit("upper = [90.0, 300.0]"))),
+        [
+            "task `task`: limit 1 (joint_position): the limit of position of joint `elbow`, 90, is outside its range \
+             [-2.5, 2.5] (angles are in rad: 90 degrees are 1.5708 rad)",
+            "task `task`: limit 1 (joint_position): the limit of position of joint `slide`, 300, is outside its range \
+             [-0.2, 0.3] (lengths are in m)",
+        ]
+    );
+    let fine = position("target = [2.5, 0.3]\nweight = 1.0") + &point("[0.5, 20.0, 0.0]");
+    assert_eq!(said(&(fine + &limit("lower = [-3.2, -1.0]\nupper = [3.2, 1.0]"))), [""; 0]);
+}
+
+#[test]
 fn angles_in_degrees_are_warned_of() {
     let problem =
         start(arm(), "\"q.elbow\" = -90\n").with("[model.frames.probe]\non = \"tool\"\nrpy = [0, 0.0, 180.0]\n");

@@ -19,6 +19,18 @@ fn a_weight_for_each_entry_is_a_cost_of_each_entry() {
 }
 
 #[test]
+fn one_target_is_that_of_all_entries() {
+    let value = |target: &str| {
+        let costs =
+            cost("joint_position", &format!("target = {target}\nweight = 1.0")) + &cost("control", "weight = \"a\"");
+        let problem = arm().where_(&[("a", 0.2)]).costing(&costs).problem();
+        stage_cost(&problem, &[0.1, -0.5, 0.3, 0.0, 0.0, 0.0], &[0.0; 3], &[0.2])
+    };
+    assert_eq!(value("0.2"), value("[0.2, 0.2, 0.2]"));
+    assert_eq!(value("\"a\""), value("0.2"));
+}
+
+#[test]
 fn weights_that_do_not_fit_are_refused() {
     for (keys, said) in [
         (

@@ -290,9 +290,15 @@ impl Build<'_> {
             let valid = self.kinds.couplings.names();
             let (kind, table) = self.document.table_with_kind(&at, &valid)?;
             let name = self.document.text_of(&at, "name")?;
-            if elements.iter().any(|other| other.name == name) || self.frames.contains(&name) {
+            let is_used = |by: &str| {
+                self.error(&[keys[0], keys[1], "name".into()], format!("the name `{name}` is already in use by {by}"))
+            };
+            if elements.iter().any(|other| other.name == name) {
+                return Err(is_used("another table of `compliance`"));
+            }
+            if self.frames.contains(&name) {
                 return Err(
-                    self.error(&[keys[0], keys[1], "name".into()], format!("the name `{name}` is already in use"))
+                    is_used("a frame of the robot").with_help(format!("choose another, such as `{name}_{kind}`"))
                 );
             }
             let unknown = || self.document.unknown_kind(&at, kind, &valid);
