@@ -544,6 +544,7 @@ mod tests {
             bits: 10.0,
             contacts: &[],
             has_varying_noise: false,
+            has_bounds: false,
         };
         Trust::of(&predicted, sampled, Some(substeps))
     }
