@@ -265,13 +265,14 @@ class Model:
             "control_bounds": describe.bounds(control_bounds),
             **noise.describe(),
         }
+        planner: dict[str, Any] = dict(planning or {})
         plain = {
             "title": title,
             "parameters": describe.declared(self._parameters),
             "tasks": [described],
-            "planning": dict(planning or {}),
+            "planning": planner,
         }
-        is_default = "tolerance" not in plain["planning"]
+        is_default = "tolerance" not in planner
 
         def made(system: dict[str, Any], error: DerivativeError) -> Task:
             described["doubts"] = [f"task `{name}`: {doubt}" for doubt in self._doubts(near, error)]
@@ -280,7 +281,7 @@ class Model:
             # Roll-outs would call Python functions some hundred thousand times: they are made only on request.
             unasked = {"rollouts": 0} if system["kind"] == "callback" else {}
             if is_default and error.first > 0.0:
-                plain["planning"]["tolerance"] = error._tolerance()
+                planner["tolerance"] = error._tolerance()
             text = json.dumps({**plain, "design": {**unasked, **(design or {})}})
             task = describe.made({"plain": text, "systems": [system], "derivative_error": error})
             for warning in task.warnings:

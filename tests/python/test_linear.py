@@ -468,6 +468,7 @@ def test_verdicts_do_not_depend_on_what_the_plan_costs(offset: float) -> None:
         states=2,
         controls=1,
         measurements=1,
+        parameters={},
     )
     noise = supple.Noise(initial=[0.01, 0.01], process=[1e-6, 1e-4], measurement=[1e-3])
     start: dict[str, Any] = {"initial_state": [0.0, 0.0], "initial_control": [0.0]}
