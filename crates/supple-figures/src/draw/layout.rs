@@ -56,8 +56,9 @@ impl Layout {
         size[1] = size[0] * grid.aspect;
         let mut places = Vec::new();
         let mut margins = vec![[0.0; 4]; count];
-        // Ticks depend on panel sizes, which depend on the room for ticks; two iterations are accurate enough.
-        for _ in 0..2 {
+        // Ticks and titles depend on panel sizes, which depend on the room for ticks.
+        for _ in 0..6 {
+            let before = size[0];
             let gap = if figure.panels.iter().any(|panel| marked_above(panel, size[1])) { REACH + 3.5 } else { 3.5 };
             let at = |(index, panel): (usize, &Panel)| {
                 let labelled_x = !figure.shared_x || index + columns >= count;
@@ -74,6 +75,9 @@ impl Layout {
                 (0..columns).map(|c| column(&margins, c, columns, 0) + column(&margins, c, columns, 1)).sum();
             size[0] = ((width - sides) / columns as f64).max(20.0);
             size[1] = size[0] * grid.aspect;
+            if (size[0] - before).abs() < SETTLED {
+                break;
+            }
         }
         let mut y = legend.height;
         for row in 0..rows {
@@ -93,6 +97,9 @@ impl Layout {
         Self { width, height: y, legend, places }
     }
 }
+
+/// Change of a panel's width from which the layout is not settled.
+const SETTLED: f64 = 0.1;
 
 /// Room above a panel.
 fn above(title: &[String], gap: f64) -> f64 {
