@@ -26,9 +26,11 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 }
 
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess; if that is one constant row,
-/// also from multiples of it; if it has none and enforces bounds or limits, also from controls that hold the first state; if there are contacts to make or friction to overcome, also from a plan that has
-/// approached them and, if the plan misses one whose force a cost wants, from one that was drawn to it; and, if given, from the controls of a known plan, and of a `neighbour`, such as those of the plan at a
-/// nearby design.
+/// also from multiples of it; if it has none and enforces bounds or limits, also from controls that hold the first state; if
+/// there are contacts to make or friction to overcome, also from a plan that has approached them and, if the plan misses one
+/// whose force a cost wants, from one that was drawn to it; if given, from the controls of a known plan, and of a
+/// `neighbour`, such as those of the plan at a nearby design; and, if a far cheaper plan exceeds limits, within limits that are
+/// narrowed from there.
 ///
 /// Keeps the converged plan of least nominal cost, but the one from known controls only if it is on another, cheaper
 /// branch, so that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that is cheaper but did
@@ -467,7 +469,7 @@ pub(crate) fn search_branches(
     BranchSearch { seed, attempts, effort, stop }: BranchSearch,
 ) -> Branches {
     let is_stopped = || halt::is_requested() || stop();
-    let allowance = if effort == usize::MAX { usize::MAX } else { (effort / SHARES).max(LEAST_ALLOWED) };
+    let allowance = (effort / SHARES).max(LEAST_ALLOWED);
     let scaling = Scaling::of(&problem.parameters);
     let attempt = |state: &mut TaskState, attempt: usize| {
         if is_stopped() {
@@ -491,7 +493,7 @@ pub(crate) fn search_branches(
         next = batch.end;
         let found: Vec<(usize, Option<(f64, Matrices)>)> =
             batch.into_par_iter().map_init(|| TaskState::new(task), attempt).collect();
-        let (before, cost) = (seen.len(), branches.cost);
+        let before = branches.cost;
         for (effort, found) in found {
             spent += effort;
             let Some((cost, controls)) = found else { continue };
@@ -504,9 +506,8 @@ pub(crate) fn search_branches(
                 branches.cost = cost;
             }
         }
-        let is_cheaper = branches.cost < cost;
-        let most = if is_cheaper { effort.saturating_mul(WORTHWHILE) } else { effort };
-        if seen.len() == before && spent >= effort || spent >= most {
+        let most = if branches.cost < before { effort.saturating_mul(WORTHWHILE) } else { effort };
+        if spent >= most {
             break;
         }
     }

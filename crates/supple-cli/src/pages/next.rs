@@ -329,6 +329,7 @@ mod tests {
             assert!(plan(&at).unwrap().starts_with(advice), "{:?}", plan(&at));
         }
     }
+
     /// Advice to enforce the efforts of the robot's file, of a robot without any, led to an error.
     #[test]
     fn limits_of_the_task_are_enforced_in_the_task() {

@@ -121,11 +121,8 @@ impl Described {
         let names = Names::new(parameters.names());
         let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters, &names));
         let tasks: Vec<Task> = tasks.collect::<Result<_, _>>()?;
-        let is_read = |name: &str| {
-            let index = parameters.names().iter().position(|other| other == name);
-            let depends = |task: &Task| index.is_some_and(|index| task.system.depends_on(parameters.len())[index]);
-            tasks.iter().any(depends)
-        };
+        let read: Vec<Vec<bool>> = tasks.iter().map(|task| task.system.depends_on(parameters.len())).collect();
+        let is_read = |name: &str| parameters.index(name).is_ok_and(|index| read.iter().any(|read| read[index]));
         let unused = names.unused().into_iter().filter(|name| !is_read(name));
         let warnings: Vec<String> =
             unused.map(|name| format!("parameter `{name}` is declared but never used")).collect();

@@ -15,7 +15,7 @@ use crate::plan::PlanMode;
 use crate::problem::{Task, TaskAt};
 use crate::simulate::{SampleId, sample, sample_number};
 
-pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostReport {
+pub(super) fn cost_report(TaskAt { task, phi }: TaskAt, state: &TaskState, second_order: Option<f64>) -> CostReport {
     let xi = &state.plan.policy.value_of_information;
     let n = xi.rows();
     let traces = (0..task.steps).map(|t| {
@@ -25,7 +25,7 @@ pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostRe
     CostReport {
         expected: state.cost.expected(),
         parts: state.cost,
-        second_order: None,
+        second_order,
         bound: task.bound.map(|bound| bound.resolve(phi)),
         belief_per_step: traces.collect(),
         value_of_information_per_step: (0..task.steps).map(|t| (0..n).map(|i| xi.get(t, i, i)).sum()).collect(),

@@ -190,7 +190,7 @@ fn evaluate_task(
         warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [cheaper, law_remark, saddle]),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
-        cost: CostReport { second_order: in_full, ..cost_report(task, phi, state) },
+        cost: cost_report(task.at(phi), state, in_full),
         information,
         gradient,
         monte_carlo,

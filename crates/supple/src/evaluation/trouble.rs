@@ -67,11 +67,8 @@ fn cut_off(task: &Task, plan: &Plan) -> Option<String> {
     let (controls, policy) = (&plan.trajectory.controls, &plan.policy);
     let lies_there = |t: usize, a: usize| {
         let u = controls.vector(t)[a];
-        let is_free = !policy.clamped[t * names.len() + a]
-            && policy.feedback.at(t)[a * policy.feedback.stride()..]
-                .iter()
-                .take(policy.feedback.cols())
-                .any(|gain| *gain != 0.0);
+        let has_feedback = (0..policy.feedback.cols()).any(|i| policy.feedback.get(t, a, i) != 0.0);
+        let is_free = has_feedback && !policy.clamped[t * names.len() + a];
         is_free && (u == bounds.lower()[a] || u == bounds.upper()[a])
     };
     let steps = |a: usize| (0..task.steps).filter(|&t| lies_there(t, a)).count();
