@@ -11,6 +11,17 @@ use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
 
+/// Number of states up to which as many roll-outs are repeated as share a batch.
+const REPEATED_STATES: f64 = 48.0;
+/// Minimum number of repeated roll-outs: as they differ from the first ones by the steps alone, few tell enough.
+const LEAST_REPEATED: usize = 8;
+
+/// How many roll-outs are repeated, at most: the time for a filter step grows with the cube of the number of states.
+fn most_repeated(states: usize) -> usize {
+    let share = (REPEATED_STATES / states.max(1) as f64).powi(3).min(1.0);
+    ((BATCH as f64 * share) as usize).max(LEAST_REPEATED)
+}
+
 /// Repeats the first of the roll-outs on a plant with finer steps. `None` for models whose integration steps cannot be
 /// refined, and if one of these roll-outs diverged.
 ///
@@ -22,7 +33,8 @@ pub(crate) fn on_finer_steps(
     seed: u64,
     sampled: &MonteCarlo,
 ) -> Result<Option<FinerSteps>, Error> {
-    let [own, own_bits] = [&sampled.costs, &sampled.bits].map(|all| &all[..all.len().min(BATCH)]);
+    let most = most_repeated(task.system.dimensions().states);
+    let [own, own_bits] = [&sampled.costs, &sampled.bits].map(|all| &all[..all.len().min(most)]);
     let World { phi, .. } = world;
     if task.system.substeps().is_none() || own.iter().any(|cost| !cost.is_finite()) {
         return Ok(None);
