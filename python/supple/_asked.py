@@ -18,6 +18,8 @@ __all__ = ["Axes", "Chosen", "Vary", "axis_values", "bound_points", "check_choic
 __all__ += ["changed", "check_out", "designs_of", "finite", "logged", "pairs", "real"]
 
 LOGGER = logging.getLogger("supple")
+# The largest whole number of the native part.
+MOST_COUNT = 2**64 - 1
 
 # Arguments of the native part: axes, one axis, and designs by name with values.
 Vary = tuple[str, str | list[float]]
@@ -66,6 +68,8 @@ def check_counts(**counts: int) -> None:
     for name, count in counts.items():
         if not isinstance(count, (int, np.integer)) or isinstance(count, bool) or count < 0:
             raise UsageError(f"{name}={count!r}: a whole number of at least 0")
+        if count > MOST_COUNT:
+            raise UsageError(f"{name}={count!r}: at most {MOST_COUNT}")
 
 
 def check_choice(name: str, values: Iterable[str | None], valid: Iterable[str | None]) -> None:

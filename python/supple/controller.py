@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,12 +20,16 @@ from .reports import MonteCarlo
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+    from .results import _OfDesign
+
 __all__ = ["Controller"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Controller(Record):
     """A Kalman filter and control law along a plan; ``n`` states, ``m`` controls, ``p`` measurements, ``N`` steps.
+
+    A copy, also one by pickling, begins the plan anew.
 
     ``d`` is the estimated deviation from the plan, 0 before the first measurement. Step ``t`` is
     ``d += L[t] @ (y - expected_measurements[t] - C[t] @ d)``, then the controls
@@ -95,10 +99,15 @@ class Controller(Record):
     control_upper: Array
 
     @classmethod
-    def _of(cls, native: NativeController) -> Self:
+    def _of(cls, native: NativeController, origin: tuple[_OfDesign, str, str | None]) -> Self:
+        """From the native one, and the result, task and design that it is of."""
         made = build(cls, native.data())
         made.__dict__["native"] = native
+        made.__dict__["origin"] = origin
         return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made_again, self.__dict__["origin"]
 
     @property
     def _native(self) -> NativeController:
@@ -204,3 +213,7 @@ def _vector(y: ArrayLike) -> Array:
     if found.ndim != 1:
         raise UsageError(f"the measurement has the shape {found.shape}: it must be a vector")
     return found
+
+
+def _made_again(result: _OfDesign, task: str, at: str | None) -> Controller:
+    return result._controller(task, at)

@@ -284,7 +284,7 @@ class _OfDesign(Result):
         if self.tasks[name].trajectory is None:
             raise UsageError("the result holds no trajectories: make it with `trajectories=True`")
         native = None if self.task is None else self.task._native
-        return Controller._of(NativeController.of(self._kept, native, name=name, at=at))
+        return Controller._of(NativeController.of(self._kept, native, name=name, at=at), (self, name, at))
 
     def _task_name(self, task: str | None) -> str:
         """The name of the requested task, which is optional if there is only one."""

@@ -211,6 +211,7 @@ def test_misuse_says_what_is_valid(task: supple.Task) -> None:
         (lambda: task.sweep({"k1": [100.0]}).grid("cost"), "no column `cost`; valid: k1, "),
         (lambda: task.evaluate(gradient="exact"), 'valid: "total", "frozen", "both"'),  # type: ignore[arg-type]
         (lambda: task.evaluate(rollouts=-1), "rollouts=-1: a whole number of at least 0"),
+        (lambda: task.evaluate(seed=2**64), "seed=18446744073709551616: at most 18446744073709551615"),
         (lambda: task.evaluate(k1=float("nan")), "parameter `k1` = NaN is outside"),
         (lambda: task.design(method="newton"), 'valid: "sqp", "cobyla", "barrier", None'),  # type: ignore[arg-type]
         (lambda: task.design(settings={"starst": 2}), "unknown field `starst`"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import pickle
 import subprocess
 import time
 from pathlib import Path
@@ -66,6 +68,16 @@ def test_a_plan_ends_and_begins_anew() -> None:
     np.testing.assert_array_equal(controller.estimate, controller.states[0])
     again = [controller.step(np.array([0.1, 0.2])) for _ in range(controller.steps)]
     np.testing.assert_array_equal(first, again)
+
+
+def test_a_copy_begins_the_plan_anew() -> None:
+    best = supple.load("tasks/two_mass.toml").design(starts=1)
+    for controller in [best.controller(at="start"), supple.load("tasks/two_mass.toml").evaluate().controller()]:
+        first = controller.step([0.1, 0.2])
+        for copied in [pickle.loads(pickle.dumps(controller)), copy.copy(controller)]:
+            assert copied.position == 0 and copied.parameters == controller.parameters
+            np.testing.assert_array_equal(copied.feedback, controller.feedback)
+            np.testing.assert_array_equal(copied.step([0.1, 0.2]), first)
 
 
 def test_wrong_measurements_are_refused_and_change_nothing() -> None:
