@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 from . import _frames
 from ._records import Array, Record, build
 from .errors import UsageError
+from .reports import Trust, plan_rows
 from .results import Result
 from .table import Table
 
@@ -170,6 +171,8 @@ class BoundReport(Record):
         control_efficiency: The minimum divided by ``DI(x -> u)``, at the design's own cost.
         order: The bounds from the least to the greatest.
         remarks: Remarks on these numbers.
+        warnings: Why the plan about which they hold cannot be trusted.
+        trust: What roll-outs say of the linearisation about it; ``None`` without roll-outs, and in a steady state.
         virtual_sensor: A sensor that attains the minimum.
     """
 
@@ -210,6 +213,8 @@ class BoundReport(Record):
     order: list[OrderLine]
     remarks: list[str]
     virtual_sensor: VirtualSensor
+    warnings: list[str] = field(default_factory=list)
+    trust: Trust | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -273,4 +278,6 @@ class Bounds(Result):
             ]
             if task.efficiency is not None:
                 rows.append(("efficiency", f"{100.0 * task.efficiency:.4g} %"))
+            rows += [("note", remark) for remark in task.remarks]
+            rows += plan_rows(task.warnings, task.trust)
         return rows

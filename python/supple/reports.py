@@ -25,6 +25,7 @@ __all__ = [
     "MeasurementReport",
     "MonteCarlo",
     "NeededInformation",
+    "PlanCheck",
     "QuantityCurve",
     "SampleRun",
     "Split",
@@ -391,6 +392,31 @@ class Trust(Record):
     rollouts_needed: int | None = None
     substeps_advised: int | None = None
     shorter_steps_advised: bool = False
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlanCheck(Record):
+    """What speaks against the plan of a task, about which other numbers are computed.
+
+    Attributes:
+        task: The task.
+        status: How the search for its plan ended.
+        warnings: Why its numbers cannot be trusted.
+        trust: What roll-outs with all of the task's sensors say of the linearisation; ``None`` without roll-outs.
+    """
+
+    task: str
+    status: str
+    warnings: list[str]
+    trust: Trust | None = None
+
+
+def plan_rows(warnings: list[str], trust: Trust | None) -> list[tuple[str, str]]:
+    """What speaks against a plan, as rows of a summary."""
+    rows = [("warning", warning) for warning in warnings]
+    if trust is not None and trust.verdict != "holds":
+        rows.append(("roll-outs", ": ".join([trust.verdict, "; ".join(trust.reasons)])))
+    return rows
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from . import _frames
 from ._records import Record, build
+from .reports import PlanCheck, plan_rows
 from .results import Result
 from .table import Table
 
@@ -135,8 +136,13 @@ class Sensors(Result):
 
     @property
     def remarks(self) -> list[str]:
-        """Which measurements are one candidate, as their noise is correlated."""
+        """Which measurements are one candidate, as their noise is correlated; and where the plan depends on the sensors."""
         return list(self._data.get("remarks", []))
+
+    @cached_property
+    def plans(self) -> dict[str, PlanCheck]:
+        """What speaks against the plan of each task, which is made with all candidates, by task."""
+        return {plan["task"]: build(PlanCheck, plan) for plan in self._data.get("plans", [])}
 
     def _set(self, name: str) -> SensorSet | None:
         found = self._data[name]
@@ -156,4 +162,7 @@ class Sensors(Result):
             rows.append(
                 (name, f"saves {sensor.saved_alone:.6g} alone, {sensor.saved_beyond_others:.6g} beyond all others")
             )
-        return rows + [("note", remark) for remark in self.remarks]
+        rows += [("note", remark) for remark in self.remarks]
+        for plan in self.plans.values():
+            rows += plan_rows(plan.warnings, plan.trust)
+        return rows

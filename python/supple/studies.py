@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ from . import _frames, _html
 from ._records import Array, Record, build
 from ._supple import Kept
 from .bounds import Bounds
+from .reports import Trust
 from .results import Design, Evaluation, Result
 from .sensors import Sensors
 from .table import Table, dataset
@@ -207,6 +208,7 @@ class ParetoPoint(Record):
         price: Total price of its parameters; ``None`` if none has a price.
         at_ends: Parameters at a bound of their range.
         warnings: Reasons not to trust its numbers.
+        trust: What roll-outs say of the linearisation of each task; empty without roll-outs.
     """
 
     factor: float
@@ -220,6 +222,7 @@ class ParetoPoint(Record):
     price: float | None
     at_ends: list[str]
     warnings: list[str]
+    trust: list[Trust] = field(default_factory=list)
 
 
 class Pareto(Result):

@@ -56,6 +56,12 @@ pub fn line(trust: &Trust) -> String {
     format!("Roll-outs: {trust}.")
 }
 
+/// What speaks against the plan of a task, about which other numbers are computed: warnings and the verdict of roll-outs.
+pub fn of_plan(warnings: &[String], trust: Option<&Trust>) -> String {
+    let warnings = warnings.iter().map(|warning| format!("Warning: {warning}.\n"));
+    warnings.chain(trust.map(|trust| line(trust) + "\n")).collect()
+}
+
 /// The verdicts at the start and at the optimum of a design.
 pub fn of_design(start: &Evaluation, optimum: &Evaluation) -> String {
     let mut text = String::new();

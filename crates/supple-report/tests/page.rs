@@ -105,6 +105,7 @@ fn front(task: &LoadedTask) -> StudyResult {
         price: None,
         at_ends: Vec::new(),
         warnings: Vec::new(),
+        trust: Vec::new(),
     };
     let points = vec![at(0.9), at(1.0), at(1.2)];
     let options = ParetoOptions { points: 3, starts: 1, seed: 0 };

@@ -1,8 +1,8 @@
 use serde::de::{DeserializeOwned, Error};
 use serde::{Deserialize, Serialize};
-use supple::Evaluation;
 use supple::bound::TaskBound;
 use supple::design::DesignStatus;
+use supple::{Evaluation, PlanCheck};
 
 use crate::bound::{BoundStudy, Curve};
 use crate::design::DesignReport;
@@ -142,16 +142,19 @@ impl StudyResult {
                     })
             }
             Self::Pareto(result) => {
-                let found = |point: &ParetoPoint| point.status == DesignStatus::Converged && point.warnings.is_empty();
+                let found = |point: &ParetoPoint| {
+                    point.status == DesignStatus::Converged && point.warnings.is_empty() && !point.is_broken()
+                };
                 result.points.iter().all(found)
             }
             Self::Bound(result) => {
-                let proved = |task: &TaskBound| task.status.is_converged() && task.is_certified() && task.is_finite();
+                let proved = |task: &TaskBound| task.has_sound_plan() && task.is_certified() && task.is_finite();
                 let found = |curve: &Curve| curve.points.iter().all(|point| point.error.is_none());
                 result.report.tasks.iter().all(proved) && result.curves.iter().all(found)
             }
-            // Traces succeed however their searches ended; a set of sensors has its certificate.
-            Self::Trace(_) | Self::Sensors(_) | Self::Study(_) => true,
+            Self::Sensors(result) => result.plans.iter().all(PlanCheck::is_passed),
+            // Traces succeed however their searches ended.
+            Self::Trace(_) | Self::Study(_) => true,
         };
         !as_asked || self.is_stopped()
     }

@@ -8,8 +8,19 @@ pub use supple_lqg::sensors::{
 
 use crate::Error;
 use crate::branches::best_plan;
+use crate::evaluation::PlanCheck;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
+
+/// Candidates along plans.
+///
+/// Example: [`select`].
+pub struct Selected {
+    /// The candidates, to choose from.
+    pub selection: Selection,
+    /// What speaks against the plan of each task.
+    pub plans: Vec<PlanCheck>,
+}
 
 /// Candidates for the tasks of a problem, whose measurements must include all of them, at the design `phi`. Measurements
 /// that belong to no candidate are always made. With a task's name, only that task is considered.
@@ -17,11 +28,12 @@ use crate::problem::{Problem, Task};
 /// A plan that takes noise into account is made with all candidates, and kept.
 ///
 /// ```
-/// use supple::sensors::{Goal, Limits, every_measurement, select};
+/// use supple::sensors::{Goal, Limits, Selected, every_measurement, select};
 /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
 /// let problem = supple_file::load(file)?;
 /// let phi = problem.parameters.initial();
-/// let selection = select(&problem, &phi, every_measurement(&problem, &phi)?, None)?;
+/// let Selected { selection, plans } = select(&problem, &phi, every_measurement(&problem, &phi)?, None)?;
+/// assert!(plans[0].is_passed());
 /// let one = Limits { count: Some(1), ..Limits::default() };
 /// let best = selection.exhaustive(Goal::LeastCost, one, &mut || true)?.ok_or("stopped")?;
 /// assert_eq!(selection.candidates[best.sensors[0]].name, "position of m1");
@@ -36,7 +48,7 @@ pub fn select(
     phi: &[f64],
     candidates: Vec<Candidate>,
     task: Option<&str>,
-) -> Result<Selection, Error> {
+) -> Result<Selected, Error> {
     problem.check_design(phi)?;
     let chosen: Vec<&Task> = problem.tasks.iter().filter(|one| task.is_none_or(|name| one.name == name)).collect();
     if chosen.is_empty() {
@@ -50,6 +62,8 @@ pub fn select(
         Ok(state)
     });
     let planned = planned.collect::<Result<Vec<_>, Error>>()?;
+    let both = chosen.iter().zip(&planned);
+    let plans = both.map(|(task, state)| PlanCheck::of(problem, task, phi, state)).collect::<Result<_, _>>()?;
     // Tasks are weighed against one another only.
     let is_alone = chosen.len() == 1;
     let plants = chosen.iter().zip(&planned).map(|(task, state)| Plant {
@@ -59,7 +73,7 @@ pub fn select(
         fixed: state.cost.nominal + state.cost.process + state.cost.initial,
         weight: if is_alone { 1.0 } else { task.information_weight },
     });
-    Ok(Selection::new(candidates, &plants.collect::<Vec<_>>())?)
+    Ok(Selected { selection: Selection::new(candidates, &plants.collect::<Vec<_>>())?, plans })
 }
 
 /// Every measurement of a problem as a candidate, without prices; measurements whose noise is correlated together.

@@ -6,6 +6,7 @@ use supple_study::bound::{BoundStudy, Curve};
 use supple_text::saves;
 
 use crate::tables::{Rows, align_right, heading, number, table, with_unit};
+use crate::trust;
 
 /// Directions of the virtual sensor shown per time window.
 const SHOWN: usize = 2;
@@ -59,6 +60,7 @@ fn task_page(task: &TaskBound, limit: Option<f64>) -> String {
     for remark in &task.remarks {
         let _ = writeln!(page, "Note: {remark}.");
     }
+    page.push_str(&trust::of_plan(&task.warnings, task.trust.as_ref()));
     page
 }
 

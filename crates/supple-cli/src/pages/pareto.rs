@@ -1,6 +1,7 @@
 use std::f64::consts::LN_2;
 use std::fmt::Write;
 
+use supple::Verdict;
 use supple::design::{DesignStatus, InformationWeights};
 use supple_study::About;
 use supple_study::pareto::{Pareto, ParetoPoint};
@@ -56,6 +57,9 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     for point in &front.points {
         for warning in &point.warnings {
             let _ = writeln!(page, "Warning: at factor {:.6}, {warning}.", point.factor);
+        }
+        for trust in point.trust.iter().filter(|trust| trust.verdict != Verdict::Holds) {
+            let _ = writeln!(page, "At factor {:.6}, roll-outs: {trust}.", point.factor);
         }
     }
     if let Some(stopped) = stopped_front(front) {

@@ -1,9 +1,11 @@
 use std::fmt::Write;
 
+use supple::PlanCheck;
 use supple_study::About;
 use supple_study::sensors::{Certificate, Search, SensorGoal, SensorSet, Sensors, SetBy};
 
 use crate::tables::{align_right, heading, number, table};
+use crate::trust;
 
 /// The page of `supple sensors`.
 pub fn sensors_page(about: &About, study: &Sensors) -> String {
@@ -11,8 +13,18 @@ pub fn sensors_page(about: &About, study: &Sensors) -> String {
     page.push_str(&values(study));
     study.remarks.iter().for_each(|remark| page.extend(["Note: ", remark, ".\n"]));
     page.push_str(&certificate(study));
+    for plan in &study.plans {
+        page.push_str(&plan_lines(plan, study.plans.len() > 1));
+    }
     page.push_str(next(study));
     page
+}
+
+/// What speaks against the plan with all sensors, about which sets are compared; `named` where there are several tasks.
+fn plan_lines(plan: &PlanCheck, named: bool) -> String {
+    let lines = trust::of_plan(&plan.warnings, plan.trust.as_ref());
+    let task = if named { format!(" of {}", plan.task) } else { String::new() };
+    lines.replace("Roll-outs:", &format!("Roll-outs{task} with all sensors:"))
 }
 
 /// What to try next, where nothing speaks against choosing every sensor.

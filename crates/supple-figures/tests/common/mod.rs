@@ -92,6 +92,7 @@ pub fn pareto() -> Folder {
             price: None,
             at_ends: Vec::new(),
             warnings: Vec::new(),
+            trust: Vec::new(),
         }
     };
     let options = ParetoOptions { points: 4, starts: 1, seed: 0 };

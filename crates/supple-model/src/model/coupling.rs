@@ -54,7 +54,9 @@
 //! ```
 
 pub use super::bodies::{Forces, Own};
-pub use super::compliance::{BesideJoint, Compliance, ComplianceFile, Drawn, DryFriction, Names, Resistance, Rule};
+pub use super::compliance::{
+    BesideJoint, Compliance, ComplianceFile, Drawn, DryFriction, Names, Push, Resistance, Rule,
+};
 pub use crate::quantity::Unfit;
 pub use crate::scene::ConnectionKind;
 pub use supple_robot::{Pose, Twist, Wrench, vector};

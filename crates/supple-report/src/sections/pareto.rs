@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use serde_json::{Value, json};
+use supple::Verdict;
 use supple::design::DesignStatus;
 use supple::parameters::Scale;
 use supple_study::pareto::{Pareto, ParetoPoint, RangeEnd, Remark};
@@ -82,13 +83,21 @@ fn describe(part: &Part, point: &ParetoPoint) -> String {
         lines.push(format!("the search {}", ended(point.status)));
     }
     lines.extend(point.warnings.iter().cloned());
+    lines.extend(
+        point.trust.iter().filter(|trust| trust.verdict != Verdict::Holds).map(|trust| format!("roll-outs: {trust}")),
+    );
     lines.join("\n")
 }
 
-/// Full where the search converged, open where not; a cross where a plan never makes a contact whose force a cost tracks.
+/// Whether there are warnings about its plans, or roll-outs contradict them.
+fn is_doubted(point: &ParetoPoint) -> bool {
+    !point.warnings.is_empty() || point.is_broken()
+}
+
+/// Full where the search converged, open where not; a cross where there are warnings about a plan, or roll-outs contradict it.
 fn symbols(front: &Pareto) -> Vec<&'static str> {
     let of = |point: &ParetoPoint| match point.status {
-        _ if !point.warnings.is_empty() => "x",
+        _ if is_doubted(point) => "x",
         DesignStatus::Converged => "circle",
         _ => "circle-open",
     };
@@ -123,7 +132,7 @@ fn tradeoff(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut
         number(y[loose]),
         number(axis.values[loose])
     );
-    let crosses = if front.points.iter().all(|point| point.warnings.is_empty()) { "" } else { CROSSES };
+    let crosses = if front.points.iter().any(is_doubted) { CROSSES } else { "" };
     plots.add(Plot {
         title,
         alternative,
@@ -141,7 +150,7 @@ fn tradeoff(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut
 }
 
 /// What captions say of crossed points.
-pub const CROSSES: &str = " Crosses: designs whose plan never makes a contact whose force a cost tracks.";
+pub const CROSSES: &str = " Crosses: designs whose plan never makes a contact whose force a cost tracks, or whose predictions roll-outs contradict.";
 
 /// The symbol of a design.
 pub fn marker(index: usize) -> &'static str {

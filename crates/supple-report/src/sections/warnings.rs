@@ -1,11 +1,22 @@
 use maud::{Markup, html};
 use supple::simulate::MonteCarlo;
-use supple::{Evaluation, LimitViolation, TaskEvaluation};
+use supple::{Evaluation, LimitViolation, TaskEvaluation, Trust, Verdict};
 use supple_study::sweep::misses_contact;
 
 use crate::numbers::number;
 use crate::part::Part;
 use crate::words;
+
+/// That roll-outs contradict a plan, in words; `None` where they do not.
+fn broken(trust: &Trust) -> Option<String> {
+    (trust.verdict == Verdict::Broken).then(|| format!("roll-outs: {trust}"))
+}
+
+/// What speaks against the plan of a task, about which the numbers in a folder are computed.
+fn of_plan((folder, task): (&str, &str), warnings: &[String], trust: Option<&Trust>, list: &mut Vec<String>) {
+    let all = warnings.iter().cloned().chain(trust.and_then(broken));
+    list.extend(all.map(|why| format!("In {folder}, about the plan of {task}: {why}.")));
+}
 
 /// What a reader must know before trusting the numbers of a part.
 pub fn warnings(part: &Part) -> Vec<String> {
@@ -37,6 +48,23 @@ pub fn warnings(part: &Part) -> Vec<String> {
         for point in &front.points {
             let at = |warning| format!("At factor {} of the front, {warning}.", number(point.factor));
             list.extend(point.warnings.iter().map(at));
+            list.extend(
+                point
+                    .trust
+                    .iter()
+                    .filter_map(broken)
+                    .map(|why| format!("At factor {} of the front, {why}.", number(point.factor))),
+            );
+        }
+    }
+    for (folder, study) in part.bounds() {
+        for task in &study.report.tasks {
+            of_plan((folder, &task.name), &task.warnings, task.trust.as_ref(), &mut list);
+        }
+    }
+    for (folder, study) in part.sensors() {
+        for plan in &study.plans {
+            of_plan((folder, &plan.task), &plan.warnings, plan.trust.as_ref(), &mut list);
         }
     }
     for (folder, study) in part.robustness() {

@@ -1,13 +1,12 @@
 use std::cmp::Ordering;
 
 use supple::design::{Aim, DesignStatus, StartSummary};
-use supple::halt;
 use supple::pipeline::TaskState;
+use supple::{PlanCheck, halt};
 
 use super::ends::Ends;
 use super::front::{Front, SAME, at_ends};
 use crate::StudyError;
-use crate::design::warnings_of;
 
 /// A point of a front.
 pub(super) struct Point {
@@ -15,8 +14,8 @@ pub(super) struct Point {
     pub summary: StartSummary,
     /// Information of each task, nats.
     pub information: Vec<f64>,
-    /// Contacts that its plans miss.
-    pub warnings: Vec<String>,
+    /// What speaks against its plans.
+    pub plans: Vec<PlanCheck>,
 }
 
 /// A front narrower than this, relative to its factors, is one point.
@@ -169,12 +168,12 @@ fn end(
 
 fn point(front: &Front, factor: f64, summary: StartSummary) -> Result<Point, StudyError> {
     let problem = &front.task.problem;
-    let (mut information, mut warnings) = (Vec::new(), Vec::new());
+    let (mut information, mut plans) = (Vec::new(), Vec::new());
     for (task, controls) in problem.tasks.iter().zip(&summary.controls) {
         let mut state = TaskState::new(task);
         state.evaluate(task, &summary.to, &problem.planning, Some(controls))?;
         information.push(state.information.total);
-        warnings.extend(warnings_of(task, &summary.to, &state));
+        plans.push(PlanCheck::of(problem, task, &summary.to, &state)?);
     }
-    Ok(Point { factor, summary, information, warnings })
+    Ok(Point { factor, summary, information, plans })
 }

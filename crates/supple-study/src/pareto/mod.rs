@@ -147,7 +147,7 @@ fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings
 }
 
 fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
-    let Point { factor, summary, information, warnings } = point;
+    let Point { factor, summary, information, plans } = point;
     let parameters = &task.problem.parameters;
     // At a tight end, no active limit has a finite price; limits that are not active have price 0.
     let is_below = |cost: f64, bound: f64| cost < factor * bound * (1.0 - task.problem.design.feasibility);
@@ -166,6 +166,7 @@ fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
         prices,
         price: parameters.iter().any(|parameter| parameter.price.is_some()).then_some(summary.price),
         at_ends: at_ends(parameters, summary),
-        warnings: warnings.clone(),
+        warnings: plans.iter().flat_map(|plan| plan.warnings.clone()).collect(),
+        trust: plans.iter().filter_map(|plan| plan.trust.clone()).collect(),
     }
 }

@@ -1,8 +1,8 @@
 //! Points of Pareto fronts.
 
 use serde::{Deserialize, Serialize};
-use supple::Named;
 use supple::design::DesignStatus;
+use supple::{Named, Trust, Verdict};
 
 use crate::lenient;
 
@@ -39,4 +39,15 @@ pub struct ParetoPoint {
     /// Why its numbers cannot be trusted, for people: a cost wants a force from a contact that a plan never touches.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// What roll-outs say of each task; empty where there are none.
+    #[serde(default)]
+    pub trust: Vec<Trust>,
+}
+
+impl ParetoPoint {
+    /// Whether roll-outs contradict a task, so that its numbers must not be used.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        self.trust.iter().any(|trust| trust.verdict == Verdict::Broken)
+    }
 }

@@ -35,7 +35,7 @@
 
 use supple::Named;
 use supple::plan::PlanMode;
-use supple::sensors::{Candidate, Chosen, Goal, Selection, every_measurement, select};
+use supple::sensors::{Candidate, Chosen, Goal, Selected, Selection, every_measurement, select};
 use supple_file::{ReadOptions, WithSensors};
 
 mod options;
@@ -63,13 +63,7 @@ const REGIONS: usize = 2000;
 /// Example: the [module](crate::sensors).
 pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<Sensors, StudyError> {
     options.check()?;
-    if task.problem.planning.plan != PlanMode::Nominal {
-        watch.progress.say(
-            "all sets of sensors are compared along the plan that is made with every sensor, but this kind of plan depends on \
-             the sensors: evaluate the task with the sets that matter",
-        );
-    }
-    let (mut selection, kinds) = selection(task, options.task.as_deref())?;
+    let (Selected { mut selection, plans }, kinds) = selection(task, options.task.as_deref())?;
     if options.cost.is_some() && selection.candidates.iter().all(|candidate| candidate.price == 0.0) {
         // With unit prices, the cheapest set is the smallest.
         selection.candidates.iter_mut().for_each(|candidate| candidate.price = 1.0);
@@ -105,17 +99,29 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
         chosen: SensorSet::of(&selection, &chosen.sensors, SetBy::of(chosen.rule)),
         certificate,
         sensors: report::values(&selection, &kinds, &chosen.sensors, &relaxed.weights),
-        remarks: if task.problem.catalogue.is_some() { Vec::new() } else { report::joined(&selection) },
+        plans,
+        remarks: remarks(task, &selection),
     })
 }
 
+/// What a reader should know of the choice.
+fn remarks(task: &LoadedTask, selection: &Selection) -> Vec<String> {
+    let of_plan = (task.problem.planning.plan != PlanMode::Nominal).then(|| {
+        "all sets of sensors are compared along the plan that is made with every sensor, but this kind of plan depends on the \
+         sensors: evaluate the task with the sets that matter"
+            .to_owned()
+    });
+    let joined = if task.problem.catalogue.is_some() { Vec::new() } else { report::joined(selection) };
+    of_plan.into_iter().chain(joined).collect()
+}
+
 /// The candidates, with what kind each is.
-fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<String>), StudyError> {
+fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selected, Vec<String>), StudyError> {
     let LoadedTask { problem, phi, sources, kinds } = task;
     let (Some(_), Some(first)) = (&problem.catalogue, sources.first()) else {
-        let selection = select(problem, phi, every_measurement(problem, phi)?, only)?;
-        let kinds = vec!["measurement".to_owned(); selection.candidates.len()];
-        return Ok((selection, kinds));
+        let selected = select(problem, phi, every_measurement(problem, phi)?, only)?;
+        let kinds = vec!["measurement".to_owned(); selected.selection.candidates.len()];
+        return Ok((selected, kinds));
     };
     // The task as it was read has the chosen sensors only.
     let files = Source::files(sources);

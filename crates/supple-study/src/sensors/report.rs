@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
-use supple::Named;
 use supple::sensors::{Candidate, Chosen, Goal, Relaxation, Rule, Selection, Worth};
+use supple::{Named, PlanCheck};
 
 use super::options::SensorsOptions;
 
@@ -36,7 +36,10 @@ pub struct Sensors {
     pub certificate: Certificate,
     /// Every candidate, in order.
     pub sensors: Vec<SensorValue>,
-    /// Which measurements are one candidate, and why.
+    /// What speaks against the plans, which are made with all candidates.
+    #[serde(default)]
+    pub plans: Vec<PlanCheck>,
+    /// Which measurements are one candidate, and why; and where the plan depends on the sensors.
     #[serde(default)]
     pub remarks: Vec<String>,
 }

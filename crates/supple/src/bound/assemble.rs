@@ -111,6 +111,8 @@ impl Bounding {
             control_efficiency: share(control),
             order: Vec::new(),
             remarks: self.own.remarks.clone(),
+            warnings: self.own.check.as_ref().map_or_else(Vec::new, |check| check.warnings.clone()),
+            trust: self.own.check.as_ref().and_then(|check| check.trust.clone()),
             virtual_sensor: sensor,
         };
         report.order = order(&report);

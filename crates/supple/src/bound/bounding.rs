@@ -14,6 +14,7 @@ use super::report::{not_certified, reason};
 use super::steady::stationary;
 use crate::Error;
 use crate::branches::{Attempts, plan_at};
+use crate::evaluation::PlanCheck;
 use crate::horizon::proved_horizon;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -128,7 +129,7 @@ impl Bounding {
         } else {
             let proved = proved_horizon(task, phi, &state.plan, &state.noise)?;
             let floor = product_growth(&proved.horizon.dynamics, task.steps)?;
-            let own = Own::over_horizon(task, &state, &proved)?;
+            let own = Own::over_horizon(task, &state, &proved, PlanCheck::of(problem, task, phi, &state)?)?;
             (Kind::Horizon(proved.horizon, proved.spread), own, (floor, 0.0), proved.law)
         };
         Ok(Self {

@@ -4,6 +4,7 @@ use supple_lqg::bound::{Stationary, own_rates};
 use supple_lqg::control_information;
 
 use crate::Error;
+use crate::evaluation::PlanCheck;
 use crate::horizon::ProvedHorizon;
 use crate::pipeline::TaskState;
 use crate::plan::{PlanMode, PlanStatus};
@@ -25,6 +26,8 @@ pub(super) struct Own {
     pub last_measurement: Option<f64>,
     /// Remarks about its plan, for the user.
     pub remarks: Vec<String>,
+    /// What speaks against its plan; `None` in a steady state, which has none.
+    pub check: Option<PlanCheck>,
 }
 
 impl Own {
@@ -32,7 +35,12 @@ impl Own {
     ///
     /// # Errors
     /// Where `V` is not positive definite.
-    pub fn over_horizon(task: &Task, state: &TaskState, proved: &ProvedHorizon) -> Result<Self, Error> {
+    pub fn over_horizon(
+        task: &Task,
+        state: &TaskState,
+        proved: &ProvedHorizon,
+        check: PlanCheck,
+    ) -> Result<Self, Error> {
         let control = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
         let (last, before) =
             state.information.per_step.split_last().map_or((None, &[][..]), |(last, before)| (Some(*last), before));
@@ -56,6 +64,7 @@ impl Own {
             measurement: Some(before.to_vec()),
             last_measurement: last,
             remarks,
+            check: Some(check),
         })
     }
 
@@ -86,6 +95,7 @@ impl Own {
             measurement: steady.as_ref().map(|steady| vec![steady.measurement_nats]),
             last_measurement: None,
             remarks,
+            check: None,
         })
     }
 }

@@ -6,6 +6,7 @@ use supple_model::Named;
 use supple_text::short;
 
 use super::sensor_report::SensorReport;
+use crate::evaluation::{Trust, Verdict};
 use crate::plan::PlanStatus;
 
 /// Minimum information required for each task at one design.
@@ -100,6 +101,12 @@ pub struct TaskBound {
     pub order: Vec<OrderLine>,
     /// Remarks on these numbers, for the user.
     pub remarks: Vec<String>,
+    /// Why the plan about which they hold cannot be trusted.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+    /// What roll-outs say of the linearisation about it; `None` where there are none, and in a steady state.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trust: Option<Trust>,
     /// A sensor that attains the minimum.
     pub virtual_sensor: SensorReport,
 }
@@ -137,6 +144,13 @@ pub(super) fn not_certified(minimum: f64, lower: f64) -> Option<String> {
 }
 
 impl TaskBound {
+    /// Whether nothing speaks against the plan about which the bounds hold but, at most, doubts.
+    #[must_use]
+    pub fn has_sound_plan(&self) -> bool {
+        let is_broken = self.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken);
+        self.status.is_converged() && self.warnings.is_empty() && !is_broken
+    }
+
     /// Why the minimum is not certified, if its proved lower bound is far below; `None` otherwise, or if nothing is proved.
     #[must_use]
     pub fn not_certified(&self) -> Option<String> {

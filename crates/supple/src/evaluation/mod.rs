@@ -9,7 +9,6 @@ use supple_model::{ContactReport, PriceReport};
 use crate::Error;
 use crate::aims::weighted_information;
 use crate::branches::{Attempts, cheaper_minimum, plan_at};
-use crate::feasibility::meets;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::growth::stability;
 use crate::horizon::DespiteRounding;
@@ -24,6 +23,7 @@ use crate::touching::{contact_reports, contact_warnings};
 mod assemble;
 mod controller;
 mod curves;
+mod plan_check;
 mod reached;
 mod report;
 mod sensing;
@@ -33,6 +33,7 @@ mod trust;
 use assemble::{add_needed, cost_report, information_report, second_order, trajectory_report};
 pub use controller::ControllerReport;
 pub use curves::{ContactCurve, CostCurve, QuantityCurve};
+pub use plan_check::PlanCheck;
 pub use reached::LimitReached;
 use reached::limits_reached;
 pub use report::*;
@@ -160,18 +161,8 @@ fn evaluate_task(
     let (gradient, saddle) = gradients(problem, task.at(phi), (options, &information), state)?;
     let status = if saddle.is_some() { PlanStatus::Indefinite } else { state.plan.status };
     Error::check_stop()?;
-    let (cost, bound) = (state.cost.expected(), task.bound.map(|bound| bound.resolve(phi)));
     let feasibility = options.feasibility.unwrap_or(problem.design.feasibility);
-    let predicted = Predicted {
-        status,
-        cost,
-        nominal: state.plan.nominal_cost,
-        kept_limit: bound.filter(|_| meets(cost, bound, feasibility)),
-        bits: information.total_bits,
-        contacts: &contacts,
-        has_varying_noise: !task.noise.varying.is_empty(),
-        has_bounds: task.control_bounds.is_some(),
-    };
+    let predicted = Predicted::of(task.at(phi), state, (status, information.total_bits), &contacts, feasibility);
     let in_full = monte_carlo.as_ref().and_then(|_| second_order(task.at(phi), state));
     let substeps = task.system.substeps();
     let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, substeps));

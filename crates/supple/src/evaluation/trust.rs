@@ -6,8 +6,11 @@ use serde::{Deserialize, Serialize};
 use supple_model::ContactReport;
 use supple_text::short;
 
+use crate::feasibility::meets;
 use crate::growth::MOST_SUBSTEPS;
+use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
+use crate::problem::TaskAt;
 use crate::settings::MOST_ROLLOUTS;
 use crate::simulate::{Consistency, Estimate, FinerSteps, LimitShare, MonteCarlo, student_quantile};
 
@@ -117,6 +120,29 @@ pub(super) struct Predicted<'a> {
     pub has_varying_noise: bool,
     /// Whether controls have bounds.
     pub has_bounds: bool,
+}
+
+impl<'a> Predicted<'a> {
+    /// Of a plan with this status, information in bits and contacts.
+    pub fn of(
+        TaskAt { task, phi }: TaskAt,
+        state: &TaskState,
+        (status, bits): (PlanStatus, f64),
+        contacts: &'a [ContactReport],
+        feasibility: f64,
+    ) -> Self {
+        let (cost, bound) = (state.cost.expected(), task.bound.map(|bound| bound.resolve(phi)));
+        Self {
+            status,
+            cost,
+            nominal: state.plan.nominal_cost,
+            kept_limit: bound.filter(|_| meets(cost, bound, feasibility)),
+            bits,
+            contacts,
+            has_varying_noise: !task.noise.varying.is_empty(),
+            has_bounds: task.control_bounds.is_some(),
+        }
+    }
 }
 
 impl Trust {

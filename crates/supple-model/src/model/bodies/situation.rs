@@ -13,8 +13,8 @@ pub struct Situation<'a, S> {
     pub numbers: Numbers<S>,
     pub kinematics: Kinematics<S>,
     ahead: Option<Ahead<S>>,
-    /// Whether dry friction is left out.
-    smooth: bool,
+    /// Whether forces that are not linear in the rates are left out.
+    is_linear: bool,
 }
 
 /// The end of an implicit step, at which resistive forces are evaluated.
@@ -70,7 +70,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         let (dofs, positions) = bodies.positions();
         let (q, v) = (&at.x[..dofs], &at.x[positions..positions + dofs]);
         let kinematics = Kinematics::of(&bodies.tree, &numbers, q, v);
-        Self { bodies, at, numbers, kinematics, ahead: None, smooth: false }
+        Self { bodies, at, numbers, kinematics, ahead: None, is_linear: false }
     }
 
     /// The same situation, with resistive forces evaluated a time `lead` ahead, s, in a step with accelerations `a`;
@@ -83,10 +83,10 @@ impl<'a, S: Scalar> Situation<'a, S> {
         self
     }
 
-    /// The same situation without dry friction in joints and along surfaces.
-    pub fn without_friction(mut self) -> Self {
+    /// The same situation without forces that are not linear in the rates: dry friction and the push of contacts.
+    pub fn linear(mut self) -> Self {
         self.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
-        Self { smooth: true, ..self }
+        Self { is_linear: true, ..self }
     }
 
     /// Positions of the degrees of freedom.
@@ -105,7 +105,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         &self.at.x[positions..2 * positions]
     }
 
-    /// The rates in which resistive forces are linear: the velocities, or those at the end of an implicit step.
+    /// The rates at which resistive forces are evaluated: the velocities, or those at the end of an implicit step.
     pub fn rates(&self) -> &[S] {
         self.ahead.as_ref().map_or(self.velocities(), |ahead| &ahead.rates)
     }
@@ -196,7 +196,7 @@ impl<S: Scalar> Own<'_, S> {
         self.now.positions()
     }
 
-    /// The rates of all positions in which resistive forces are linear: the velocities, or those at the end of
+    /// The rates of all positions at which resistive forces are evaluated: the velocities, or those at the end of
     /// an implicit step.
     #[must_use]
     pub fn rates(&self) -> &[S] {
@@ -209,10 +209,11 @@ impl<S: Scalar> Own<'_, S> {
         self.now.lead()
     }
 
-    /// Whether its forces include dry friction. An implicit step solves for dry friction separately.
+    /// Whether its forces are those that are linear in the [rates](Self::rates) alone, without dry friction and the push of
+    /// contacts, for which an implicit step solves.
     #[must_use]
-    pub fn has_friction(&self) -> bool {
-        !self.now.smooth
+    pub fn is_linear(&self) -> bool {
+        self.now.is_linear
     }
 
     /// The frame with this number, in the world.

@@ -7,7 +7,9 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_kernels::graph::Node;
 
-use super::{BesideJoint, Compliance, ComplianceFile, Drawn, DryFriction, Forces, Names, Own, Resistance, Rule, Unfit};
+use super::{
+    BesideJoint, Compliance, ComplianceFile, Drawn, DryFriction, Forces, Names, Own, Push, Resistance, Rule, Unfit,
+};
 use crate::contacts::ContactState;
 use crate::document::{ReadError, Reader, Registry};
 use crate::{Point, Value};
@@ -24,6 +26,7 @@ pub(in crate::model) trait Over<S> {
     fn apply(&self, own: &Own<S>, forces: &mut Forces<S>);
     fn resistance(&self, own: &Own<S>) -> Vec<Resistance<S>>;
     fn dry_friction(&self, own: &Own<S>) -> Option<DryFriction<S>>;
+    fn push(&self, own: &Own<S>) -> Option<Push<S>>;
     fn wall(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])>;
 }
 
@@ -46,6 +49,9 @@ impl<C: Compliance, S: Scalar> Over<S> for C {
     fn dry_friction(&self, own: &Own<S>) -> Option<DryFriction<S>> {
         Compliance::dry_friction(self, own)
     }
+    fn push(&self, own: &Own<S>) -> Option<Push<S>> {
+        Compliance::push(self, own)
+    }
     fn wall(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
         Compliance::wall(self, own)
     }
@@ -58,6 +64,7 @@ pub(in crate::model) trait Kind: Debug + Send + Sync + Over<f64> + Over<Node> {
     fn signals(&self) -> Vec<&'static str>;
     fn deflections(&self) -> Vec<&'static str>;
     fn has_dry_friction(&self) -> bool;
+    fn pushes(&self) -> bool;
     fn widened(&self, length: Value, speed: Value) -> Option<Coupling>;
     fn draw(&self, own: &Own<f64>) -> Drawn;
     fn ball(&self, own: &Own<f64>) -> Option<(usize, f64)>;
@@ -83,6 +90,9 @@ impl<C: Compliance> Kind for C {
     }
     fn has_dry_friction(&self) -> bool {
         Compliance::has_dry_friction(self)
+    }
+    fn pushes(&self) -> bool {
+        Compliance::pushes(self)
     }
     fn widened(&self, length: Value, speed: Value) -> Option<Coupling> {
         Compliance::widened(self, length, speed).map(Coupling::from)

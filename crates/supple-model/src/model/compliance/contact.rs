@@ -4,8 +4,8 @@ use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, WallShape, Wrench};
 
 use super::{
-    Compliance, ComplianceFile, ConnectionKind, Drawn, DryFriction, Forces, Names, Own, Resistance, Rule, Unfit, find,
-    squares,
+    Compliance, ComplianceFile, ConnectionKind, Drawn, DryFriction, Forces, Names, Own, Push, Resistance, Rule, Unfit,
+    find, squares,
 };
 use crate::model::bodies::widened;
 use crate::{Point, Value};
@@ -170,12 +170,13 @@ impl ComplianceFile for Contact {
     }
 }
 
-/// The forces of a contact, and their decrease with the rates in which they are linear.
+/// The forces of a contact, and their decrease with the rates.
 struct Load<S> {
+    /// At the beginning of the step, m.
     depth: S,
     /// Normal force on the frame, N.
     force: S,
-    /// The normal force at the current velocity, N.
+    /// The normal force at the beginning of the step, N.
     pushed: S,
     /// The total force on the frame in the axes of the world, N.
     total: [S; 3],
@@ -195,9 +196,6 @@ struct Slide<S> {
     speed: S,
 }
 
-/// The range of `dissipation` times approach speed over which the force on a separating body drops to 0.
-const RELEASE: f64 = 0.5;
-
 impl Contact {
     /// From the frame's origin to the point that touches the wall, in the axes of the frame.
     fn lever<S: Scalar>(&self, at: &Point<S>, pose: &Pose<S>) -> [S; 3] {
@@ -213,37 +211,37 @@ impl Contact {
         (stiffness * smoothing / wide, wide)
     }
 
+    /// Its push, but for the motions of the robot.
+    fn spring_and_damper<S: Scalar>(&self, own: &Own<S>) -> Push<S> {
+        let at = own.at();
+        let point = self.point.map(|value| at.value(value));
+        let outwards = dot(self.normal.map(S::constant), sub(own.pose(self.frame).position, point));
+        let depth = own.constant() + at.value(self.radius) - outwards;
+        let (stiffness, smoothing) = self.spring(at);
+        Push { depth, stiffness, smoothing, dissipation: at.value(self.dissipation), motions: Vec::new() }
+    }
+
     /// Depth and forces (theory, equations R.14, R.15, R.22 and R.23).
     fn load<S: Scalar>(&self, own: &Own<S>) -> Load<S> {
         let at = own.at();
-        let (pose, twist) = (own.pose(self.frame), own.velocity(self.frame));
-        let twist_then = own.frame_rates(self.frame);
-        let normal = self.normal.map(S::constant);
-        let [velocity, then] = [twist, twist_then].map(|twist| pose.rotate(twist.linear));
-        let (approach, approach_then) = (-dot(normal, velocity), -dot(normal, then));
-        let point = self.point.map(|value| at.value(value));
-        let depth = own.constant() + at.value(self.radius) - dot(normal, sub(pose.position, point));
-        let (stiffness, smoothing) = self.spring(at);
-
-        let pressed = stiffness * depth.rounded_positive_part(smoothing);
-        let dissipation: S = at.value(self.dissipation);
-        let (rise, damped) = rise(dissipation * approach);
-        let stiff = own.lead() * stiffness * tangent(depth, smoothing, -approach * own.lead()) * rise;
-        let resistance = pressed * dissipation * damped + stiff;
-        let force =
-            pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
+        let (pose, normal) = (own.pose(self.frame), self.normal.map(S::constant));
+        let (twist, twist_then) = (own.velocity(self.frame), own.frame_rates(self.frame));
+        let [approach, approach_then] = [&twist, &twist_then].map(|twist| -dot(normal, pose.rotate(twist.linear)));
+        let push = self.spring_and_damper(own);
+        let (pushed, _) = push.at(S::zero(), approach);
+        let (force, resistance) = push.at(own.lead(), approach_then);
 
         let mut total = scale(force, normal);
-        let slide = (!self.friction.is_zero() && own.has_friction()).then(|| {
+        let slide = (!self.friction.is_zero()).then(|| {
             let touch = pose.rotate(twist_then.at(self.lever(at, &pose)));
             let velocity = add(touch, scale(approach_then, normal));
             let speed = (dot(velocity, velocity) + self.slip_speed(at).square()).sqrt();
-            Slide { limit: self.limit(at, pressed * rise), velocity, speed }
+            Slide { limit: self.limit(at, pushed), velocity, speed }
         });
         if let Some(Slide { limit, velocity, speed }) = &slide {
             total = sub(total, scale(*limit / *speed, *velocity));
         }
-        Load { depth, force, pushed: pressed * rise, total, resistance, slide }
+        Load { depth: push.depth, force, pushed, total, resistance, slide }
     }
 
     /// Greatest friction force, given the normal force.
@@ -265,30 +263,6 @@ impl Contact {
     }
 }
 
-/// `(1 + y)_+` of the scaled approach speed `y`, and its secant slope from `y = 0`, for which the linear damper
-/// `1 + slope y` gives the same value.
-fn rise<S: Scalar>(y: S) -> (S, S) {
-    let release = S::constant(RELEASE);
-    let rise = (y + 1.0).rounded_positive_part(release);
-    // Where the rounding begins, y is at most -1/2.
-    let lifted = (-y - 1.0).rounded_positive_part(release);
-    let least = (-y - RELEASE).positive_part() + RELEASE;
-    (rise, S::one() - lifted / least)
-}
-
-/// The slope of the rounded positive part at a depth, reduced if the body separates by more than the depth, so
-/// that the linearised force cannot pull.
-fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
-    // Force divided by stiffness: the depth itself deep inside, falling to 0 at a clearance of one smoothing length.
-    let t = depth.place_in_rounding(smoothing);
-    let near = smoothing * t * (t * (t - 6.0) + 10.0) / ((t * (t * 3.0 - 15.0) + 20.0) * 2.0);
-    let least = smoothing * 1e-6;
-    let effective = least + (near + (depth - smoothing).positive_part() - least).positive_part();
-    let share = departure / effective;
-    let half = S::constant(0.5);
-    depth.rounded_step(smoothing) / ((share - half).rounded_positive_part(half) + 1.0)
-}
-
 impl Compliance for Contact {
     const NAME: &'static str = "contact";
 
@@ -306,6 +280,9 @@ impl Compliance for Contact {
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
+        if own.is_linear() {
+            return;
+        }
         let Load { total, .. } = self.load(own);
         let pose = own.pose(self.frame);
         let force = pose.unrotate(total);
@@ -314,6 +291,9 @@ impl Compliance for Contact {
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
+        if own.is_linear() {
+            return Vec::new();
+        }
         let Load { resistance, slide, .. } = self.load(own);
         let (pose, normal) = (own.pose(self.frame), self.normal.map(S::constant));
         let Some(Slide { limit, velocity, speed }) = slide else {
@@ -325,6 +305,17 @@ impl Compliance for Contact {
         let mut block = squares(&[(resistance - along, normal), (-along / speed.square(), velocity)]);
         (0..3).for_each(|axis| block[axis][axis] += along);
         vec![own.spread(block, &self.touch_motions(own))]
+    }
+
+    fn pushes(&self) -> bool {
+        true
+    }
+
+    fn push<S: Scalar>(&self, own: &Own<S>) -> Option<Push<S>> {
+        let normal = self.normal.map(S::constant);
+        let motions = own.point_motions(self.frame, own.pose(self.frame).position);
+        let inwards = motions.into_iter().map(|motion| -dot(normal, motion.linear)).collect();
+        Some(Push { motions: inwards, ..self.spring_and_damper(own) })
     }
 
     fn has_dry_friction(&self) -> bool {

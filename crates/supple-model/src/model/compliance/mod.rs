@@ -74,7 +74,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
     /// Adds its forces to the total.
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
 
-    /// How its forces decrease with the [rates](Own::rates) in which they are linear.
+    /// How its forces decrease with the [rates](Own::rates).
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
 
     /// Whether it has dry friction, as [`Compliance::dry_friction`] describes.
@@ -84,6 +84,16 @@ pub trait Compliance: Debug + Send + Sync + 'static {
 
     /// Its friction along a surface, which implicit steps evaluate at their final velocity (theory, equation R.23).
     fn dry_friction<S: Scalar>(&self, _own: &Own<S>) -> Option<DryFriction<S>> {
+        None
+    }
+
+    /// Whether it pushes, as [`Compliance::push`] describes.
+    fn pushes(&self) -> bool {
+        false
+    }
+
+    /// Its push away from a wall, which implicit steps evaluate where they end (theory, equation R.22).
+    fn push<S: Scalar>(&self, _own: &Own<S>) -> Option<Push<S>> {
         None
     }
 
@@ -208,7 +218,7 @@ pub struct Resistance<S> {
 }
 
 /// Friction along a surface: at the velocity `v = motions' rates` of the sliding point, the force is
-/// `-limit v / sqrt(v' v + smoothing^2)`. [`Compliance::apply`] includes it if [`Own::has_friction`].
+/// `-limit v / sqrt(v' v + smoothing^2)`. [`Compliance::apply`] leaves it out if [`Own::is_linear`].
 #[derive(Clone, Debug)]
 pub struct DryFriction<S> {
     /// Force at speeds far above the smoothing, N: not negative, and independent of the [rates](Own::rates).
@@ -217,6 +227,37 @@ pub struct DryFriction<S> {
     pub smoothing: S,
     /// Motion of the sliding point along the surface per unit rate of each degree of freedom, in the world.
     pub motions: Vec<[S; 3]>,
+}
+
+/// The push of a contact away from its wall (theory, equation R.14): with the depth `d` and its rate `v`, both at the end of
+/// the step, `stiffness [d] [1 + dissipation v]`. [`Compliance::apply`] leaves it out if [`Own::is_linear`].
+#[derive(Clone, Debug)]
+pub struct Push<S> {
+    /// Depth at the beginning of the step, m.
+    pub depth: S,
+    /// N/m
+    pub stiffness: S,
+    /// Length over which the force begins, m; above 0.
+    pub smoothing: S,
+    /// s/m
+    pub dissipation: S,
+    /// How much the depth grows per unit rate of each degree of freedom.
+    pub motions: Vec<S>,
+}
+
+impl<S: Scalar> Push<S> {
+    /// The range of `dissipation` times the rate of the depth over which the force on a separating body drops to 0.
+    const RELEASE: f64 = 0.5;
+
+    /// The force after a time `lead`, s, in which the depth grows at `rate`, m/s, and how much it grows per unit of the rate.
+    pub fn at(&self, lead: S, rate: S) -> (S, S) {
+        let release = S::constant(Self::RELEASE);
+        let (depth, lifted) = (lead.mul_add(rate, self.depth), self.dissipation.mul_add(rate, S::one()));
+        let (pressed, damped) = (depth.rounded_positive_part(self.smoothing), lifted.rounded_positive_part(release));
+        let steeper = lead * depth.rounded_step(self.smoothing) * damped;
+        let slope = steeper + pressed * self.dissipation * lifted.rounded_step(release);
+        (self.stiffness * pressed * damped, self.stiffness * slope)
+    }
 }
 
 impl<S: Scalar> Own<'_, S> {

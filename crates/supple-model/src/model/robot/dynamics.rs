@@ -9,7 +9,7 @@ use super::integrator::Integrator;
 use super::sliding::{FreeStep, Rubbing, sliding_rates};
 use crate::Point;
 use crate::model::bodies::{Forces, Override, Situation, widened};
-use crate::model::compliance::{DryFriction, Element, Native, Resistance};
+use crate::model::compliance::{DryFriction, Element, Native, Push, Resistance};
 
 impl Robot {
     /// The situation at a point, with resistive forces evaluated where the integrator evaluates them in a step
@@ -28,25 +28,26 @@ impl Robot {
         self.compliance.iter().any(|element| !element.kind.frames().is_empty())
     }
 
-    /// Whether dry friction is evaluated at the end of the step, where it depends nonlinearly on the accelerations.
-    pub(super) fn slides(&self) -> bool {
-        let on_surfaces = || self.compliance.iter().any(|element| element.kind.has_dry_friction());
-        self.integrator == Integrator::Implicit && (self.has_friction() || on_surfaces())
+    /// Whether forces at the end of the step depend nonlinearly on the accelerations: dry friction, and the push of contacts.
+    pub(super) fn is_nonlinear(&self) -> bool {
+        let in_compliance =
+            || self.compliance.iter().any(|Element { kind, .. }| kind.pushes() || kind.has_dry_friction());
+        self.integrator == Integrator::Implicit && (self.has_friction() || in_compliance())
     }
 
-    /// The accelerations of an implicit step with dry friction (theory, equation R.23), exact to rounding.
+    /// The accelerations of an implicit step with dry friction and contacts (theory, equation R.23), exact to rounding.
     pub(super) fn sliding<S: Native>(&self, at: &Point<S>) -> Vec<S> {
         let still = vec![S::zero(); self.positions().1];
         let now = self.stepping(at, &still);
-        let rubbing = self.rubbing(&now);
-        let now = now.without_friction();
+        let (rubbing, pushing) = (self.rubbing(&now), self.pushing(&now));
+        let now = now.linear();
         let step = FreeStep {
             inertia: self.inertia(&now),
             needed: self.unbalanced(&now, &still),
             velocities: now.velocities().to_vec(),
             lead: now.lead(),
         };
-        let rates = sliding_rates(&step, &rubbing);
+        let rates = sliding_rates(&step, &rubbing, &pushing);
         rates.iter().zip(now.velocities()).map(|(&rate, &v)| (rate - v) / now.lead()).collect()
     }
 
@@ -70,6 +71,17 @@ impl Robot {
             Some(Rubbing { limit, smoothing, rows: [0, 1, 2].map(along).to_vec() })
         };
         in_joints.chain(self.compliance.iter().filter_map(of)).collect()
+    }
+
+    /// The pushes of all contacts.
+    fn pushing<S: Native>(&self, now: &Situation<S>) -> Vec<Push<S>> {
+        let (_, positions) = self.positions();
+        let of = |element: &Element| {
+            let mut push = element.kind.over::<S>().push(&element.own(now))?;
+            push.motions.resize(positions, S::zero());
+            Some(push)
+        };
+        self.compliance.iter().filter_map(of).collect()
     }
 
     /// All forces except inertial ones: on degrees of freedom, on coordinates that compliance adds, and on links.

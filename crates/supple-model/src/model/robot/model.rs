@@ -61,7 +61,7 @@ impl Model for Robot {
     }
 
     fn solution<S: Scalar>(&self, at: &Point<S>) -> Option<Vec<S>> {
-        self.slides().then(|| {
+        self.is_nonlinear().then(|| {
             let mut w = vec![S::zero(); self.unknowns()];
             run(self, Part::Solution, at, &mut w);
             w

@@ -69,7 +69,7 @@ fn sensors_of_a_catalogue_are_measured_where_they_are_chosen() {
         price: sensor.price,
         rows: sensor.rows.clone(),
     });
-    let selection = select(&all, &phi, candidates.collect(), None).unwrap();
+    let selection = select(&all, &phi, candidates.collect(), None).unwrap().selection;
     let found = chosen.evaluate(&phi, &Default::default()).unwrap();
     let worth = selection.worth(&[false, true, false, false]);
     assert!((found.tasks[0].cost.expected - worth.cost).abs() < 1e-8 * worth.cost);
@@ -107,7 +107,7 @@ sensors = "sensors.csv"
     let phi = all.parameters.initial();
     let candidates = all.catalogue.as_ref().unwrap().iter();
     let candidates = candidates.map(|s| Candidate { name: s.name.clone(), price: s.price, rows: s.rows.clone() });
-    let selection = select(&all, &phi, candidates.collect(), None).unwrap();
+    let selection = select(&all, &phi, candidates.collect(), None).unwrap().selection;
     let sensors = |sensors: &[&str]| -> Vec<bool> {
         selection.candidates.iter().map(|candidate| sensors.contains(&candidate.name.as_str())).collect()
     };

@@ -90,7 +90,7 @@ impl Drawn {
 
     fn selection(&self) -> Selection {
         let rows: Vec<usize> = (0..self.c.len()).collect();
-        select(&self.problem(&rows), &[], self.candidates.clone(), None).unwrap()
+        select(&self.problem(&rows), &[], self.candidates.clone(), None).unwrap().selection
     }
 
     fn total(&self) -> f64 {
@@ -126,7 +126,7 @@ fn shipped_tasks_are_worth_what_they_cost() {
     for name in ["two_mass.toml", "iiwa_door.toml", "wiping_arm.toml"] {
         let problem = shipped(name);
         let phi = problem.parameters.initial();
-        let selection = select(&problem, &phi, every_measurement(&problem, &phi).unwrap(), None).unwrap();
+        let selection = select(&problem, &phi, every_measurement(&problem, &phi).unwrap(), None).unwrap().selection;
         let found = selection.worth(&vec![true; selection.candidates.len()]);
         let evaluation = problem.evaluate(&phi, &Default::default()).unwrap();
         let cost: f64 = evaluation.tasks.iter().map(|task| task.cost.expected).sum();
@@ -386,7 +386,7 @@ fn correlated_measurements_are_one_candidate() {
          measurement = [[0.5, 0.0, 0.2], [0.0, 0.4, 0.0], [0.2, 0.0, 0.3]]\n\
          [[tasks.costs]]\nkind = \"state\"\nselect = [\"x1\", \"x2\"]\nweight = 1.0\n[[tasks.costs]]\nkind = \"control\"\nweight = 0.3\n";
     let problem = supple_file::parse(file, "t.toml").unwrap();
-    let selection = select(&problem, &[], every_measurement(&problem, &[]).unwrap(), None).unwrap();
+    let selection = select(&problem, &[], every_measurement(&problem, &[]).unwrap(), None).unwrap().selection;
     let rows: Vec<_> = selection.candidates.iter().map(|candidate| candidate.rows.clone()).collect();
     assert_eq!(rows, [vec![0, 2], vec![1]]);
     let evaluation = problem.evaluate(&[], &Default::default()).unwrap();
