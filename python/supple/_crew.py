@@ -21,11 +21,14 @@ from concurrent.futures import (
 from dataclasses import dataclass
 from itertools import islice
 from types import TracebackType
-from typing import Any, Union
+from typing import TYPE_CHECKING, Any, Union
 
 from . import _units
 from ._supple import __version__, instructions
 from .errors import UsageError, WorkerError
+
+if TYPE_CHECKING:
+    from .task import Task
 
 __all__ = ["Crew", "Unit", "Workers"]
 
@@ -109,8 +112,14 @@ class Crew:
         if self._make is not None:
             _end(self._executor, at_once=kind is not None)
 
-    def hello(self) -> None:
-        """Waits for a worker and asks whether it can work for this process."""
+    def hello(self, task: Task) -> None:
+        """Waits for a worker and asks whether it can work for this process.
+
+        Raises:
+            UsageError: If the workers are forked, and would wait forever for the threads of JAX.
+            WorkerError: If the worker refuses.
+        """
+        self._check_forks(task)
         LOGGER.info("waiting for a worker")
         for attempt in range(DEATHS):
             try:
@@ -125,6 +134,14 @@ class Crew:
                 self._renew()
         if refusal:
             raise WorkerError(refusal)
+
+    def _check_forks(self, task: Task) -> None:
+        method = getattr(getattr(self._executor, "_mp_context", None), "get_start_method", None)
+        if method is not None and method() == "fork" and task._calls_jax():
+            raise UsageError(
+                "executor: its processes are forked, in which functions of JAX never return; give the number of processes, or "
+                'ProcessPoolExecutor(..., mp_context=multiprocessing.get_context("spawn"))'
+            )
 
     def run(self, context: _units.Context, units: Iterable[Unit], total: int, keep: Keep, shown: Shown) -> None:
         """Runs all units, at most ``total``, in any order.

@@ -193,21 +193,19 @@ def trace(study: Trace) -> Table:
     return _table(rows, {"information_bits": "bit"} | _parameters(study.made))
 
 
+#: What a table of bounds says of the design itself, and of the proof.
+OF_DESIGN = ["proved", "status", "own_cost", "minimum_cost", "control_bits_per_step", "measurement_bits_per_step"]
+
+
 def bounds(found: Bounds) -> Table:
     """One row per task and point of its curve; one per task if there is no curve."""
     rows: list[Row] = []
     for name, task in found.tasks.items():
-        points: Sequence[Any] = found.curves.get(name) or [task]
-        for point in points:
-            rows.append(
-                {
-                    "task": name,
-                    "cost": point.cost,
-                    "minimum_bits_per_step": point.minimum_bits_per_step,
-                    "minimum_lower_bits_per_step": point.minimum_lower_bits_per_step,
-                    "closed_form_bits_per_step": point.closed_form_bits_per_step,
-                }
-            )
+        curve = found.curves.get(name)
+        points: Sequence[Any] = curve or [task]
+        columns = ["cost", "minimum_bits_per_step", "minimum_lower_bits_per_step", "closed_form_bits_per_step"]
+        columns += ["error"] if curve else OF_DESIGN
+        rows += [{"task": name, **{column: getattr(point, column) for column in columns}} for point in points]
     return _table(rows, {name: "bit" for name in rows[0] if name.endswith("bits_per_step")} if rows else {})
 
 

@@ -69,7 +69,7 @@ def sweep(
     kept = LOST if out is None else f"finished work is kept in {os.fspath(out)}: the same call resumes"
     with Crew(workers, kept) as crew:
         # Before the journal is open, so that forked workers do not inherit its lock.
-        crew.hello()
+        crew.hello(task)
         collector = SweepCollector(task._native, axes, sizes=sizes, out=out)
         try:
             shown.begin("points", *collector.points())
@@ -99,7 +99,7 @@ def design(task: Task, settings: str, workers: Workers, seer: Progress | None) -
     collector = DesignCollector(task._native, settings)
     clock = time.perf_counter()
     with Crew(workers, LOST) as crew:
-        crew.hello()
+        crew.hello(task)
         found = _starts(task, crew, collector, shown, "starts")
     return collector.finish(found, time.perf_counter() - clock)
 
@@ -116,7 +116,7 @@ def robustness(
     shown = _Shown(seer)
     collector = RobustnessCollector(task._native, designs, vary, sizes)
     with Crew(workers, LOST) as crew:
-        crew.hello()
+        crew.hello(task)
         optimum = collector.optimum()
         starts = [] if optimum is None else _starts(task, crew, optimum, shown, "starts of the optimum")
         context = _units.context(task, collector.shared(starts))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 from collections.abc import Mapping
@@ -136,7 +137,7 @@ def _unpacked(kind: type[Result], files: Mapping[str, bytes]) -> Result:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Information(Record):
-    """The information that designs minimise: the weighted sum over the tasks.
+    """The information that designs minimise, measured, used or needed as the goal says: the weighted sum over the tasks.
 
     Attributes:
         nats: In nats.
@@ -190,18 +191,32 @@ class _Evaluated:
         rate = bits / seconds if seconds > 0 else 0.0
         self.information = Information(nats=nats, bits=bits, bits_per_second=rate)
         self._is_weighted = any(weight != 1.0 for weight in weights)
+        kinds: dict[str, list[float | None]] = {
+            "measured": [report.total_bits for report in reports],
+            "used": [None if report.used is None else report.used.total_bits for report in reports],
+            "needed": [None if report.needed is None else report.needed.total_bits for report in reports],
+        }
+        self._kind = next((kind for kind, each in kinds.items() if _adds_up(weights, each, bits)), "minimised")
 
     def summary(self) -> list[tuple[str, str]]:
         rows = [(name, f"{value:.6g}") for name, value in self.parameters.items()]
-        label = "weighted information" if self._is_weighted else "information"
+        label = f"{'weighted ' if self._is_weighted else ''}information {self._kind}"
         rows.append((label, f"{self.information.bits:.6g} bits, {self.information.bits_per_second:.6g} bits/s"))
         for name, task in self.tasks.items():
             bound = "" if task.cost.bound is None else f" of at most {task.cost.bound:.6g}"
             status = "" if task.status == "converged" else f" ({task.status})"
-            rows.append((name, f"{task.information.total_bits:.6g} bits, cost {task.cost.expected:.6g}{bound}{status}"))
+            rows.append((name, f"{task.information.total_bits:.6g} bits measured, cost {task.cost.expected:.6g}{bound}{status}"))
         rows.append(("feasible", "yes" if self.feasible else "no"))
         rows.extend(("warning", warning) for name, task in self.tasks.items() for warning in _doubts(name, task))
         return rows
+
+
+def _adds_up(weights: list[float], bits: list[float | None], total: float) -> bool:
+    """Whether a total is the weighted sum of one kind of information of each task."""
+    known = [one for one in bits if one is not None]
+    return len(known) == len(bits) and math.isclose(
+        sum(weight * one for weight, one in zip(weights, known, strict=True)), total, rel_tol=1e-9, abs_tol=1e-12
+    )
 
 
 def _doubts(name: str, task: TaskReport) -> list[str]:
@@ -229,7 +244,7 @@ class _OfDesign(Result):
 
     @property
     def information(self) -> Information:
-        """The weighted sum of the tasks' information."""
+        """The weighted sum of the tasks' information of the kind that is minimised."""
         return self._evaluated.information
 
     @property

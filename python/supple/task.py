@@ -589,6 +589,12 @@ class Task:
 
         return make, (*self._packed(), self._changed)
 
+    def _calls_jax(self) -> bool:
+        """Whether its computations call functions compiled by JAX."""
+        kind, what = self._recipe
+        backends = [system.get("backend") for system in what["systems"]] if kind == "own" else []
+        return any(getattr(backend, "calls_jax", False) for backend in backends)
+
     def _packed(self) -> tuple[str, Any]:
         kind, what = self._recipe
         if kind != "own":

@@ -358,3 +358,28 @@ def test_executors_are_there_after_import_supple() -> None:
     words = "import supple; supple.executors.use_instructions('baseline'); print(supple.executors.__name__)"
     done = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "supple.executors"
+
+
+def test_forked_workers_are_refused_where_jax_would_wait_forever() -> None:
+    pytest.importorskip("jax")
+
+    def made(backend: Any) -> supple.Task:
+        model = supple.Model(
+            step=lambda x, u, p: x + 0.1 * (u - p.k * x),
+            observe=lambda x, p: x,
+            cost=lambda x, u, p: x[0] ** 2 + u[0] ** 2,
+            states=1,
+            controls=1,
+            measurements=1,
+            parameters={"k": supple.Parameter(1.0, bounds=(0.1, 5.0))},
+            backend=backend,
+        )
+        noise = supple.Noise(initial=[1e-2], process=[1e-3], measurement=[1e-2])
+        return model.task(steps=10, time_step=0.1, initial_state=[1.0], initial_control=[0.0], noise=noise)
+
+    fork = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(1, mp_context=fork) as workers:
+        for given in [workers, lambda: ProcessPoolExecutor(1, mp_context=fork)]:
+            with pytest.raises(supple.UsageError, match="its processes are forked"):
+                made("jax").sweep({"k": [1.0, 2.0]}, executor=given)
+        assert len(made("recorded").sweep({"k": [1.0, 2.0]}, executor=workers).table) == 2

@@ -115,6 +115,11 @@ class Overridden:
         found = getattr(self.given, name) if not name.startswith("_") else None
         return getattr(self.backend, name) if found is None else found
 
+    @property
+    def calls_jax(self) -> bool:
+        """Whether JAX compiles its other functions."""
+        return bool(getattr(self.backend, "calls_jax", False))
+
     def source(self) -> str:
         """The code of both."""
         return f"{self.backend.source()}\n{self.given.source()}"

@@ -62,6 +62,9 @@ class JaxBackend:
         UsageError: Where a function returns another shape, or computes in another precision than float64.
     """
 
+    #: Forked processes cannot call it.
+    calls_jax = True
+
     def __init__(self, functions: Functions) -> None:
         self.functions = functions
         self.states = functions.states
