@@ -14,6 +14,20 @@ pub struct Contact {
     pub name: String,
     /// Index of its normal force among the model's signals, by which costs refer to it; `None` if it has no such signal.
     pub force_signal: Option<usize>,
+    /// Indices of the components of its total force among them.
+    pub component_signals: Vec<usize>,
+}
+
+impl Contact {
+    /// The normal force, N, that a target of one of its signals asks for: a component of the force needs contact whatever its
+    /// sign. `None` for signals that are not forces of it.
+    #[must_use]
+    pub fn force_for(&self, signal: usize, target: f64) -> Option<f64> {
+        match self.force_signal == Some(signal) {
+            true => Some(target),
+            false => self.component_signals.contains(&signal).then_some(target.abs()),
+        }
+    }
 }
 
 /// A contact at one state. It does not depend on controls.

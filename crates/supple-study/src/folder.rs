@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use supple::parameters::Parameter;
-use supple::{FileError, Named};
+use supple::{Evaluation, FileError};
 use supple_file::read_text;
 
 use crate::checksums;
@@ -236,14 +236,14 @@ impl Folder {
     /// Folder::conclude(path, &Made::of(&task, work), &result)?;
     ///
     /// let mut another = LoadedTask::load(file.as_ref())?;
-    /// another.start_from(Folder::load(path)?.design()?)?;
+    /// another.start_from(&Folder::load(path)?.design()?.parameters)?;
     /// assert_eq!(another.phi, task.phi);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn design(&self) -> Result<&Named, StudyError> {
+    pub fn design(&self) -> Result<&Evaluation, StudyError> {
         match &self.result {
-            StudyResult::Design(found) => Ok(&found.optimum.parameters),
-            StudyResult::Evaluate(found) => Ok(&found.evaluation.parameters),
+            StudyResult::Design(found) => Ok(&found.optimum),
+            StudyResult::Evaluate(found) => Ok(&found.evaluation),
             other => Err(StudyError::usage(format!(
                 "is a result of `supple {}`: a design is in results of `design` and `evaluate`",
                 other.kind()

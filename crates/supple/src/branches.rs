@@ -71,7 +71,8 @@ pub fn best_plan(
     }
     // The law behind the first guess knows nothing of bounds and limits.
     if !has_guess && (task.control_bounds.is_some() || task.system.constraints().is_some()) {
-        candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 1.0)), state);
+        let controls = task.guess(phi, 1.0);
+        candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(&controls) }, state);
     }
     if !has_guess && candidates.converged.is_none() {
         candidates.plan(problem, task, phi, Start::of(&task.guess(phi, 0.0)), state);

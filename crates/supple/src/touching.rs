@@ -44,15 +44,31 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
     along.into_iter().map(|(name, states)| ContactReport::of(name, &states, time_step)).collect()
 }
 
-/// A warning for each cost that tracks a force at a contact that the plan never makes, or that none could have, given the
+/// Below this share of the force that a cost tracks, a contact is only grazed.
+const GRAZING: f64 = 0.1;
+
+/// A warning for each cost that tracks a force at a contact that the plan never makes or only grazes, or that none could have, given the
 /// reports of all contacts; and one for each contact that is deep inside its wall at the start.
 ///
 /// Example: [`contact_reports`].
 #[must_use]
 pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
     let missed = |wanted: WantedForce| {
-        let report = reports.get(wanted.contact).filter(|report| !report.touches)?;
+        let report = reports.get(wanted.contact)?;
         let WantedForce { cost, kind, target, .. } = wanted;
+        if report.touches {
+            return (target > 0.0 && report.peak_force < GRAZING * target).then(|| {
+                format!(
+                    "task `{}`: cost {} ({kind}) tracks a force of {} N at `{}`, but the plan only grazes it, with at most {} N; raise the \
+                     weight of this cost, or give an `initial_control` that presses",
+                    task.name,
+                    cost + 1,
+                    short(target, 3),
+                    report.name,
+                    short(report.peak_force, 3),
+                )
+            });
+        }
         if target < 0.0 {
             return Some(format!(
                 "task `{}`: cost {} ({kind}) tracks a force of {} N at `{}`, but contacts only push: its target must be at least 0",

@@ -32,6 +32,13 @@ impl TaskArguments {
         Ok(loaded)
     }
 
+    /// The same task, whose plans start also from those of the design that it starts at.
+    pub fn knowing(&self, loaded: LoadedTask) -> Result<LoadedTask, Failure> {
+        let Some(from) = &self.from else { return Ok(loaded) };
+        let folder = Folder::load(from)?;
+        Ok(loaded.knowing(folder.design()?))
+    }
+
     /// Loads the task with its parameters set.
     pub fn read(&self) -> Result<LoadedTask, Failure> {
         self.read_from(self.from.as_deref())
@@ -48,7 +55,7 @@ impl TaskArguments {
             let folder = Folder::load(from)?;
             let at = |error: StudyError| Failure::usage(format!("--from {}: {error}", from.display()));
             let stranger = folder.check_kinship(&loaded).map_err(at)?;
-            loaded.start_from(folder.design().map_err(at)?).map_err(at)?;
+            loaded.start_from(&folder.design().map_err(at)?.parameters).map_err(at)?;
             if let Some(stranger) = stranger {
                 warn(&format!("the design in {}: {stranger}", from.display()));
             }

@@ -16,8 +16,12 @@ use crate::progress::watched;
 
 /// Runs the study that a command requests.
 pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
-    let task = asks.task().load()?;
+    let mut task = asks.task().load()?;
     let work = asks.work(&task)?;
+    // Journals do not know such plans.
+    if matches!(work, Work::Evaluate(_) | Work::Bound(_) | Work::Sensors(_)) {
+        task = asks.task().knowing(task)?;
+    }
     make(&task, work, asks.output(), asks.jobs())
 }
 

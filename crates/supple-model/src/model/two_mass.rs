@@ -98,7 +98,7 @@ impl Model for TwoMass {
     }
 
     fn contacts(&self) -> Vec<Contact> {
-        vec![Contact { name: "wall".into(), force_signal: Some(0) }]
+        vec![Contact { name: "wall".into(), force_signal: Some(0), component_signals: Vec::new() }]
     }
 
     /// The force is the physical one, which never pulls; the signal `contact_force` is `k2` times the depth, even if

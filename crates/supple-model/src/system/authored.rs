@@ -298,10 +298,16 @@ impl<M: Model> System for Authored<M> {
 
     fn wanted_forces(&self, phi: &[f64]) -> Vec<WantedForce> {
         let contacts = self.model.contacts();
-        let place = |signal| contacts.iter().position(|contact| contact.force_signal == Some(signal));
+        let place = |(signal, target)| {
+            let asked = |(index, contact): (usize, &Contact)| Some((index, contact.force_for(signal, target)?));
+            contacts.iter().enumerate().find_map(asked)
+        };
         let of_cost = |(index, cost): (usize, &Cost)| {
             let (kind, wanted) = (cost.name(), if cost.counts(phi) { cost.wanted(phi) } else { Vec::new() });
-            let known = |(signal, target)| Some(WantedForce { cost: index, kind, contact: place(signal)?, target });
+            let known = |asked| {
+                let (contact, target) = place(asked)?;
+                Some(WantedForce { cost: index, kind, contact, target })
+            };
             wanted.into_iter().filter_map(known).collect::<Vec<_>>()
         };
         self.costs.iter().enumerate().flat_map(of_cost).collect()

@@ -38,7 +38,7 @@ pub use reached::LimitReached;
 use reached::limits_reached;
 pub use report::*;
 pub use sensing::MeasurementReport;
-use trouble::cheaper_warning;
+use trouble::{cheaper_warning, jump_warning};
 pub use trouble::{number_warnings, plan_warnings};
 use trust::Predicted;
 pub use trust::{Trust, Verdict};
@@ -227,6 +227,7 @@ fn warnings(
         of_plan,
         contact_warnings(task, phi, contacts),
         number_warnings(task, state, sampled),
+        jump_warning(task.at(phi), state).into_iter().collect(),
         others.into_iter().flatten().collect(),
     ]
     .concat()

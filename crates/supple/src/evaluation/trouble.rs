@@ -8,7 +8,7 @@ use supple_text::{count, digits, short};
 
 use crate::pipeline::TaskState;
 use crate::plan::{Plan, PlanStatus};
-use crate::problem::Task;
+use crate::problem::{Task, TaskAt};
 use crate::simulate::MonteCarlo;
 
 /// Up to this relative stationarity a plan counts as stationary.
@@ -83,6 +83,30 @@ fn cut_off(task: &Task, plan: &Plan) -> Option<String> {
             count(task.steps, "step"),
         )
     })
+}
+
+/// That a measurement has no derivative, but different values along the plan: it jumps, so that it counts for nothing.
+pub(super) fn jump_warning(TaskAt { task, phi }: TaskAt, state: &TaskState) -> Option<String> {
+    let (measurement, states) = (&state.plan.knots.measurement, &state.plan.trajectory.states);
+    let is_flat = |row: &usize| {
+        (0..measurement.count()).all(|t| (0..measurement.cols()).all(|column| measurement.get(t, *row, column) == 0.0))
+    };
+    let flat: Vec<usize> = (0..measurement.rows()).filter(is_flat).collect();
+    let read = |t: usize| {
+        let mut values = vec![0.0; measurement.rows()];
+        // As in the first step, so that offsets that change with time do not count.
+        task.system.observe(0, states.vector(t), phi, &mut values);
+        values
+    };
+    let first = if flat.is_empty() { return None } else { read(0) };
+    let row = flat.into_iter().find(|&row| (1..states.count()).any(|t| read(t)[row] != first[row]))?;
+    let names = task.system.channels().measurements;
+    let name = names.get(row).map_or_else(|| format!("{}", row + 1), |channel| channel.name.clone());
+    Some(format!(
+        "task `{}`: measurement `{name}` has the derivative 0 along the whole plan, although its value changes: it jumps, as rounded \
+         readings do, and counts for nothing. Replace rounding by noise, with a variance of a twelfth of the squared resolution",
+        task.name
+    ))
 }
 
 /// That another local minimum was found which costs less.

@@ -218,8 +218,7 @@ fn said(number: f64) -> String {
 /// what to try.
 fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String> {
     let limit = predicted.kept_limit?;
-    let (error, _) = cost_error(predicted, sampled);
-    (differs(predicted, sampled) && sampled.cost_mean - error > limit).then(|| {
+    (costs_more(predicted, sampled) && surely(sampled) > limit).then(|| {
         format!(
             "roll-outs cost {}, above the limit of {}, although {} is expected; try less noise, costs and \
              contacts with more smoothing, or a smaller `time_step`",
@@ -263,9 +262,8 @@ fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let of_filter = [sampled.consistency, finer].into_iter().flatten().any(|found| found.mean > LOST);
     let by_chance = chance(sampled.rollouts);
     let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - by_chance * bits.standard_error);
-    let (error, _) = cost_error(predicted, sampled);
     let far_more = Verdict::FAR_MORE * predicted.cost.abs();
-    let costs = differs(predicted, sampled) && sampled.cost_mean - error > far_more;
+    let costs = costs_more(predicted, sampled) && surely(sampled) > far_more;
     let costs_on_finer_steps = sampled.finer.as_ref().is_some_and(|finer| {
         finer.cost_mean - chance(finer.rollouts) * finer.difference_standard_error
             > far_more.max(Verdict::FAR_MORE * finer.own_cost_mean)
@@ -368,6 +366,30 @@ fn differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     // With a single roll-out, the error is unknown.
     error.is_finite() && sampled.difference.abs() > tolerated.max(error)
 }
+
+/// Whether the sampled cost is above the predicted one by more than chance and more than the tolerance.
+fn costs_more(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
+    let (_, tolerated) = cost_error(predicted, sampled);
+    surely(sampled) > predicted.cost + tolerated || sampled.difference > 0.0 && differs(predicted, sampled)
+}
+
+/// A cost below which the mean is not, but by chance. Where a few roll-outs decide the mean, it is poorly known; the mean of the
+/// costs cut off at one of them is lower, and well known.
+fn surely(sampled: &MonteCarlo) -> f64 {
+    let mut costs = sampled.costs.clone();
+    costs.sort_by(f64::total_cmp);
+    let by_chance = chance(costs.len());
+    let least = |share: f64| {
+        let most = *costs.get((share * costs.len() as f64) as usize)?;
+        let cut = Estimate::of(costs.iter().map(|cost| cost.min(most)));
+        Some(cut.mean - by_chance * cut.standard_error)
+    };
+    let whole = sampled.cost_mean - chance(sampled.rollouts) * sampled.cost_standard_error;
+    CUTS.into_iter().filter_map(least).fold(whole, f64::max)
+}
+
+/// Shares of the roll-outs that cost less than where the others are cut off.
+const CUTS: [f64; 4] = [0.5, 0.75, 0.9, 0.97];
 
 /// Whether what noise adds to the cost is far from what is predicted, although the cost as a whole is not: most of it may be
 /// that of the plan.

@@ -155,6 +155,9 @@ impl std::ops::Deref for Coupling {
 
 /// The signals that make an element a contact, in addition to the total force `force_x`, `force_y`, `force_z`.
 pub(in crate::model) const CONTACT_FORCE: &str = "contact_force";
+
+/// The components of the total force of a contact.
+pub(in crate::model) const FORCE_COMPONENTS: [&str; 3] = ["force_x", "force_y", "force_z"];
 const PENETRATION: &str = "penetration";
 
 impl Coupling {

@@ -10,7 +10,7 @@ use crate::Value;
 use crate::channels::{Channel, Channels, Drive, Limit};
 use crate::contacts::{Contact, ContactState};
 use crate::model::bodies::Situation;
-use crate::model::compliance::{CONTACT_FORCE, Element};
+use crate::model::compliance::{CONTACT_FORCE, Element, FORCE_COMPONENTS};
 use crate::physics::{DependentJoint, FileSensor, Model, Point};
 use crate::quantity::{Known, signals_for};
 use crate::scene::Picture;
@@ -169,9 +169,14 @@ impl Model for Robot {
 
     fn contacts(&self) -> Vec<Contact> {
         let signals = Model::signals(self);
-        let place = |name: &str| signals.iter().position(|signal| *signal == format!("{name}.{CONTACT_FORCE}"));
         let touching = self.compliance.iter().filter(|element| element.kind.is_contact());
-        touching.map(|element| Contact { name: element.name.clone(), force_signal: place(&element.name) }).collect()
+        let of = |element: &Element| {
+            let name = element.name.clone();
+            let place = |what: &str| signals.iter().position(|signal| *signal == format!("{name}.{what}"));
+            let components = FORCE_COMPONENTS.into_iter().filter_map(place).collect();
+            Contact { force_signal: place(CONTACT_FORCE), component_signals: components, name }
+        };
+        touching.map(of).collect()
     }
 
     fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
