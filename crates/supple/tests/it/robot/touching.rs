@@ -54,7 +54,7 @@ fn contact_states_are_what_sensors_and_costs_see() {
     }
 }
 
-/// Costs are counted as in the file, and forces along other axes are not those of the contact.
+/// Costs are counted as in the file; forces along any axis need the contact.
 #[test]
 fn costs_want_forces_of_the_contacts_that_they_name() {
     let more = cost("contact_force", "contact = \"side\"\ntarget = 4.0\nsmoothing = 0.1\nweight = 1.0")
@@ -66,5 +66,5 @@ fn costs_want_forces_of_the_contacts_that_they_name() {
     let problem = disc(&more);
     let wanted = problem.tasks[0].system.wanted_forces(&[]);
     let wanted: Vec<_> = wanted.iter().map(|force| (force.cost, force.kind, force.contact, force.target)).collect();
-    assert_eq!(wanted, [(1, "contact_force", 1, 4.0), (3, "coupling_force", 0, 2.0)]);
+    assert_eq!(wanted, [(1, "contact_force", 1, 4.0), (3, "coupling_force", 0, 1.0), (3, "coupling_force", 0, 2.0)]);
 }
