@@ -68,8 +68,8 @@ fn coarse_elbow(substeps: usize) -> (std::path::PathBuf, String) {
 }
 
 /// The elbow with other variances of its first velocities, and an uncertain wall.
-fn noisy_elbow(speeds: &str, wall: &str) -> Problem {
-    let (path, text) = coarse_elbow(8);
+fn noisy_elbow(substeps: usize, speeds: &str, wall: &str) -> Problem {
+    let (path, text) = coarse_elbow(substeps);
     let coarse = "\"v.*\" = 1e-4, \"c.wall\" = 2.5e-5 }";
     assert!(text.contains(coarse));
     let noisy = text.replace(coarse, &format!("\"v.*\" = {speeds}, \"c.wall\" = {wall} }}"));
@@ -169,7 +169,7 @@ fn bits_on_finer_steps_are_those_of_substeps() {
 fn no_more_rollouts_are_recommended_than_can_be_made() {
     let (mut hopeless, mut decided) = (0, 0);
     for variance in ["0.001", "0.03", "0.1", "10.0"] {
-        let problem = noisy_elbow(variance, "2.5e-3");
+        let problem = noisy_elbow(3, variance, "2.5e-3");
         let options = EvaluateOptions { rollouts: 64, ..Default::default() };
         let at = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
         let trust = at.tasks[0].trust.as_ref().unwrap();
@@ -194,7 +194,7 @@ fn a_limit_that_rollouts_exceed_breaks_a_plan() {
     let options = EvaluateOptions { rollouts: 4096, ..Default::default() };
     let mut tried = 0;
     for wall in ["2.2e-4", "2.3e-4", "2.4e-4", "2.5e-4", "2.6e-4", "2.8e-4"] {
-        let mut problem = noisy_elbow("1e-4", wall);
+        let mut problem = noisy_elbow(8, "1e-4", wall);
         let mut with = |bound: Option<f64>| {
             problem.tasks[0].bound = bound.map(Into::into);
             let at = problem.evaluate(&problem.parameters.initial(), &options).unwrap().tasks.remove(0);
