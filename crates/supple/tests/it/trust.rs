@@ -59,7 +59,8 @@ fn coarse_elbow(substeps: usize) -> (std::path::PathBuf, String) {
     let path = common::repository("tasks/elastic_elbow.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let fewer = format!("substeps = {substeps} ");
-    let changes = [("substeps = 4 ", &*fewer), ("\"c.wall\" = 4e-6 }", "\"c.wall\" = 2.5e-5 }"), ("2.5e-7 }", "1e-6 }")];
+    let changes =
+        [("substeps = 4 ", &*fewer), ("\"c.wall\" = 4e-6 }", "\"c.wall\" = 2.5e-5 }"), ("2.5e-7 }", "1e-6 }")];
     let text = changes.into_iter().fold(text, |text, (shipped, other)| {
         assert_eq!(text.matches(shipped).count(), 1, "{shipped}");
         text.replace(shipped, other)

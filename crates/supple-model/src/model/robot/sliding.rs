@@ -125,7 +125,7 @@ fn improve<S: Scalar>(
     // The slope of the convex function along the change: linear but for friction and contacts.
     let (mut left, mut flat, mut bend) = (S::zero(), -falls, falls);
     let mut changes = Vec::with_capacity(rubbing.len());
-    for (Rubbing { limit, smoothing, rows }, (direction, v, inverse)) in rubbing.iter().zip(&pairs) {
+    for (Rubbing { limit, rows, .. }, (direction, v, inverse)) in rubbing.iter().zip(&pairs) {
         let change = products(rows, &change);
         let (square, turn) = (dot(&change, &change), dot(v, &change) * *inverse);
         left += square * inverse.square();

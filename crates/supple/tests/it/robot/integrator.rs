@@ -310,3 +310,48 @@ fn a_body_on_a_wall_breaks_away_within_the_step_at_any_time_step() {
         }
     }
 }
+
+/// The force of a wall in one step is what its motion leaves over of the drives: never a pull, whatever draws the body away.
+#[test]
+fn walls_never_pull_at_any_time_step() {
+    let wall = |name: &str, normal: &str, point: &str, more: &str| {
+        let keys = format!(
+            "frame = \"disc\"\nnormal = {normal}\npoint = {point}\nstiffness = 1e4\nsmoothing = 1e-3\ndissipation = 20.0\n{more}"
+        );
+        compliance("contact", name, &keys)
+    };
+    let mut pushed = 0;
+    let depths = [-5e-4, 2e-3, 2e-2];
+    let cases = [2.5e-4, 2e-3, 1e-2].into_iter().flat_map(|time_step| depths.map(|depth| (time_step, depth)));
+    for (time_step, depth) in cases {
+        let pairs = [-3000.0, -30.0, 0.0, 300.0].map(|force| [-3.0, -0.05, 0.0, 1.0].map(|rate| (force, rate)));
+        for (force, rate) in pairs.into_iter().flatten() {
+            // The wall is at x = 0, and the disc comes from below.
+            let problem = disc(&wall("right", "[-1.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]", ""), time_step);
+            let next = step(&problem, &[depth, 0.0, 0.0, rate, 0.0, 0.0, 0.0], &[force, 0.0, 0.0], &[]);
+            let push = force - 2.0 * (next[3] - rate) / time_step;
+            let rounding = 1e-9 * (1.0 + force.abs() + rate.abs() / time_step);
+            let case = format!("{time_step} s, {depth} m, {force} N, {rate} m/s: {push} N");
+            assert!(push >= -rounding, "{case}");
+            assert!(next[0] > -1e-3 || push.abs() <= rounding, "{case}: a push from afar");
+            pushed += usize::from(push > 1.0);
+            // It is the force where the step ends.
+            let (end, rate) = (next[0], next[3]);
+            if end > 1e-3 && 20.0 * rate > -0.5 {
+                assert!((push / (1e4 * end * (1.0 + 20.0 * rate)) - 1.0).abs() < 1e-9, "{case}");
+            }
+            // Between two walls that overlap the disc, one cannot pull because the other pushes.
+            let both = wall("right", "[-1.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]", "friction = 0.5\n")
+                + &wall("left", "[1.0, 0.0, 0.0]", "[0.001, 0.0, 0.0]", "friction = 0.5\n");
+            let next =
+                step(&disc(&both, time_step), &[depth, 0.0, 0.0, rate, 0.3, 0.0, 0.0, 0.0], &[force, 0.0, 0.0], &[]);
+            let push = force - 2.0 * (next[3] - rate) / time_step;
+            if next[0] > 2e-3 {
+                assert!(push >= -rounding, "{case}, two walls: {push} N");
+            } else if next[0] < -1e-3 {
+                assert!(push <= rounding, "{case}, two walls: {push} N");
+            }
+        }
+    }
+    assert!(pushed > 30, "{pushed}");
+}
