@@ -53,7 +53,7 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, excesses, .. } = kept;
         if ends.need_next() {
-            self.write_excesses_of_next(kept, (at, phi), out, scratch);
+            self.write_excesses_of_next(kept, at, phi, out, scratch);
         }
         let program = (excesses, |recorder: &Recorder<M>, last| recorder.excesses(ends, last));
         self.run_kept(program, (at, &[]), (&at_points(at), phi), (Some(out), &mut []), scratch);
@@ -78,7 +78,7 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, jacobian, .. } = kept;
         if ends.need_next() {
-            self.write_excess_jacobians_of_next(kept, (at, multipliers), phi, out, scratch);
+            self.write_excess_jacobians_of_next(kept, at, multipliers, phi, out, scratch);
         }
         let program = (jacobian, |recorder: &Recorder<M>, last| recorder.excess_jacobian(ends, last));
         self.run_kept(program, (at, &[multipliers]), (&at_points(at), phi), (Some(out), &mut []), scratch);
@@ -95,7 +95,7 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, curvature, .. } = kept;
         if ends.need_next() {
-            self.add_excess_curvature_of_next(kept, (at, multipliers), phi, out, scratch);
+            self.add_excess_curvature_of_next(kept, at, multipliers, phi, out, scratch);
         }
         let program = (curvature, |recorder: &Recorder<M>, last| recorder.excess_curvature(ends, last));
         let [x, u] = at_points(at);
@@ -115,7 +115,7 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, parameter_gradient, parameter_gradient_along, .. } = kept;
         if ends.need_next() {
-            self.add_excess_gradient_of_next(kept, (at, multipliers), (variation, phi), parameters, scratch);
+            self.add_excess_gradient_of_next(kept, (at, multipliers), variation, phi, parameters, scratch);
         }
         let [x, u] = at_points(at);
         match variation {
