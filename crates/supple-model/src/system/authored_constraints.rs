@@ -12,8 +12,8 @@ use crate::followed::{Followed, LimitEnd};
 use crate::{Channel, Model};
 
 impl<M: Model> Authored<M> {
-    /// Batches of stages, unless their excesses take the next state, and of the end, which is marked; only where any of the
-    /// weights of a point, if there are weights, is not 0.
+    /// Batches of stages, unless their excesses take the next state, and of the end, which is marked; if there are
+    /// weights, only where any weight of a point is not 0.
     fn kept_batches(&self, at: &Points, weights: &[&Matrices]) -> impl Iterator<Item = (bool, Batch)> {
         let gives_next = self.kept.as_ref().is_some_and(|kept| kept.ends.need_next());
         let parts = parts(at).into_iter().filter(move |(last, batch)| batch.count > 0 && (*last || !gives_next));

@@ -120,8 +120,8 @@ impl Watch {
         vec![Reach { most: f64::NEG_INFINITY, beyond: 0 }; self.sides.len()]
     }
 
-    /// Looks at all samples at their states under their controls, which are none at the end; `parts` is in how many parts
-    /// each step is taken.
+    /// Looks at all samples at their states under their controls, which are none at the end; each step is taken in
+    /// `parts`.
     pub fn look<'r>(
         &self,
         Truth { system, phi, .. }: Truth,
