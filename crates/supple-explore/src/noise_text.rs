@@ -37,7 +37,7 @@ pub fn noise_edits(text: &str, problem: &Problem, factors: &[NoiseFactor]) -> Re
     }
     for (index, factors) in of_sensors {
         let task = task(root.get_ref(), index).ok_or_else(|| refused(factors[0], "its task has no table"))?;
-        edits.own_measurement((problem, index), task, &factors)?;
+        edits.own_measurement(problem, index, task, &factors)?;
     }
     Ok(edits.list)
 }
@@ -108,7 +108,8 @@ impl Edits<'_> {
     /// Adds `measurement` to the noise of a task whose measurements have the noise of the model's sensors.
     fn own_measurement(
         &mut self,
-        (problem, index): (&Problem, usize),
+        problem: &Problem,
+        index: usize,
         task: &DeTable,
         factors: &[&NoiseFactor],
     ) -> Result<(), String> {

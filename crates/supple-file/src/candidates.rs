@@ -185,7 +185,7 @@ impl Building<'_> {
         let mut sensors: Vec<CatalogueSensor> = Vec::with_capacity(count);
         for index in 0..count {
             let (common, kind) = self.common(index, &sensors)?;
-            let entries = self.entries(index, &kind, &common.name, (&vocabulary, &own))?;
+            let entries = self.entries(index, &kind, &common.name, &vocabulary, &own)?;
             let chosen = file.chosen.contains(&common.name);
             let mut rows = Vec::new();
             if chosen || self.which == WithSensors::All {
@@ -255,7 +255,8 @@ impl Building<'_> {
         index: usize,
         kind: &str,
         name: &str,
-        (vocabulary, own): (&Vocabulary, &[Channel]),
+        vocabulary: &Vocabulary,
+        own: &[Channel],
     ) -> Result<Vec<(Entry, Channel, Value)>, FileError> {
         let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
         let (_, table) = self.document.table_with_kind(&at, &[])?;

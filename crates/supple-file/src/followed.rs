@@ -25,7 +25,7 @@ struct LimitFile {
 }
 
 /// The quantities that a task follows: its limits, then its curves.
-pub(super) fn read((document, task): (&Document, usize), context: &Context) -> Result<Vec<Followed>, FileError> {
+pub(super) fn read(document: &Document, task: usize, context: &Context) -> Result<Vec<Followed>, FileError> {
     let mut followed = Vec::new();
     for key in ["limits", "curves"] {
         let list = ["tasks".into(), task.into(), key.into()];

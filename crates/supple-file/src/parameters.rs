@@ -43,15 +43,11 @@ pub(super) fn read(document: &Document, folder: &Path, files: &mut Vec<PathBuf>)
     };
     let mut names: Vec<_> = table.keys().collect();
     names.sort_by_key(|name| name.span().start);
-    let list = names.into_iter().map(|name| read_one(document, name.get_ref(), (folder, &mut *files)));
+    let list = names.into_iter().map(|name| read_one(document, name.get_ref(), folder, &mut *files));
     Ok(Parameters::new(list.collect::<Result<_, _>>()?))
 }
 
-fn read_one(
-    document: &Document,
-    name: &str,
-    (folder, files): (&Path, &mut Vec<PathBuf>),
-) -> Result<Parameter, FileError> {
+fn read_one(document: &Document, name: &str, folder: &Path, files: &mut Vec<PathBuf>) -> Result<Parameter, FileError> {
     let at = ["parameters".into(), Place::Key(name)];
     let ParameterFile { initial, bounds, scale, unit, role, price, catalogue } = document.read(&at)?;
     let name_of = name.to_owned();

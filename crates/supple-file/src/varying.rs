@@ -10,8 +10,10 @@ use supple_text::FileError;
 /// A name that is none of those there are, with advice; a coefficient that is or can be negative.
 pub(super) fn read(
     document: &Document,
-    (task, given): (usize, &[NamedVariance]),
-    (channels, parameters): (&Channels, &Parameters),
+    task: usize,
+    given: &[NamedVariance],
+    channels: &Channels,
+    parameters: &Parameters,
 ) -> Result<Vec<VaryingVariance>, FileError> {
     let read = |(number, law): (usize, &NamedVariance)| {
         law.find(channels, parameters).map_err(|wrong| {

@@ -197,7 +197,7 @@ pub fn svd(a: &Dense) -> Svd {
             let tangent = ratio.signum() / (ratio.abs() + math::hypot(ratio, 1.0));
             let cosine = math::hypot(tangent, 1.0).recip();
             for turned in [&mut columns, &mut v] {
-                turn(turned, (i, j), (cosine, cosine * tangent));
+                turn(turned, i, j, cosine, cosine * tangent);
             }
         }
         if !rotated {
@@ -215,8 +215,8 @@ pub fn svd(a: &Dense) -> Svd {
     }
 }
 
-/// Turns two columns in their plane.
-fn turn(a: &mut Dense, (i, j): (usize, usize), (cosine, sine): (f64, f64)) {
+/// Turns columns `i` and `j` in their plane.
+fn turn(a: &mut Dense, i: usize, j: usize, cosine: f64, sine: f64) {
     let (mut one, mut other) = a.columns_range_pair_mut(i..i + 1, j..j + 1);
     for (x, y) in one.iter_mut().zip(other.iter_mut()) {
         (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);

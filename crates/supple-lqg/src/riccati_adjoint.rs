@@ -142,7 +142,7 @@ impl Sweep<'_> {
             let RiccatiAdjoint { s, q, transport, .. } = &mut *work;
             let (s, q) = (s.at_mut(0), q.at_mut(0));
             if let Some(partials) = seeds.partials {
-                add_partials((knots, policy, partials), t, (&mut *q, wide));
+                add_partials(knots, policy, partials, t, ViewMut::new(q, wide));
             }
             let q = View::new(q, wide);
             let kept = Scaled { from: q, factor: 1.0, rows: joint, count: joint };
@@ -193,8 +193,9 @@ impl RiccatiAdjoint {
     }
 }
 
-/// Adds to `Qb`, rows `stride` apart, the derivatives of the additional objective through `Xi_t` and `K_t`.
-fn add_partials((knots, policy, partials): (&Knots, &Policy, &Partials), t: usize, (q, stride): (&mut [f64], usize)) {
+/// Adds to `Qb` the derivatives of the additional objective through `Xi_t` and `K_t`.
+fn add_partials(knots: &Knots, policy: &Policy, partials: &Partials, t: usize, q: ViewMut) {
+    let ViewMut { numbers: q, stride } = q;
     let n = knots.dimensions.states;
     for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
         q[i * stride + j] += partials.value_of_information.get(t, i, j);

@@ -58,11 +58,12 @@ impl Mover<'_> {
         let (left, right) = (Left::plain(own, width), View::new(transposed, turned));
         let all = Product { left, right, rows: n - h, inner: columns, width: turned }.lower();
         match carried {
-            Some(Carried { dt, .. }) if R::CALLED => {
+            Some(carried) if R::CALLED => {
                 let rates = rates.at_mut(0);
                 all.set::<L, R>(ViewMut::new(rates, turned));
                 mirror::<L, R>(ViewMut::new(rates, turned), h);
-                fill(out, narrow, (h, dt), (own, width), (rates, turned), x);
+                let (g, m) = (View::new(own, width), View::new(rates, turned));
+                fill(ViewMut::new(out, narrow), carried, g, m, x);
                 if let Some(w) = w {
                     let noise = Scaled { from: w, factor: 1.0, rows: n, count: n };
                     noise.add::<L, R>(ViewMut::new(out, narrow));
@@ -90,14 +91,9 @@ impl Mover<'_> {
 
 /// The lower triangle from `G`, `M = G F_v'` and `X`.
 #[inline(always)]
-fn fill(
-    out: &mut [f64],
-    stride: usize,
-    (h, dt): (usize, f64),
-    (g, width): (&[f64], usize),
-    (m, half): (&[f64], usize),
-    x: View,
-) {
+fn fill(out: ViewMut, carried: Carried, g: View, m: View, x: View) {
+    let (Carried { rows: h, dt }, ViewMut { numbers: out, stride }) = (carried, out);
+    let (View { numbers: g, stride: width }, View { numbers: m, stride: half }) = (g, m);
     let (upper, lower) = out.split_at_mut(h * stride);
     for i in 0..h {
         let (g_row, moved) = (&g[i * width..i * width + h], &m[i * half..i * half + h]);

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use supple::design::{Control, DesignSettings};
+use supple::simulate::Rollouts;
 use supple_study::robustness::{DesignChoice, RobustnessOptions};
 use supple_study::study::{Found, Unit, Work};
 use supple_study::sweep::{Collector, SweepOptions, SweepUnit};
@@ -74,7 +75,8 @@ impl SweepCollector {
         out: Option<PathBuf>,
     ) -> PyResult<Self> {
         let native = task.get();
-        let options = crate::options::sweep(py, &native.task, grid, sizes)?;
+        let (rollouts, starts, branches, seed) = sizes;
+        let options = crate::options::sweep(py, &native.task, grid, rollouts, starts, branches, seed)?;
         let opened = py.detach(|| {
             if let Some(folder) = &out {
                 Folder::check_for(folder, &Work::Sweep(options.clone()))?;
@@ -199,7 +201,8 @@ impl RobustnessCollector {
         sizes: (usize, u64),
     ) -> PyResult<Self> {
         let loaded = &task.get().task;
-        let options = crate::options::robustness(py, loaded, (designs, vary), sizes)?;
+        let ((name, values), (count, seed)) = (vary, sizes);
+        let options = crate::options::robustness(py, loaded, designs, &name, values, Rollouts { count, seed })?;
         let parts = robustness::parts(loaded, &options).map_err(|error| errors::of_study(py, &error))?;
         Ok(Self { task, options, parts })
     }

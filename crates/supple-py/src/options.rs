@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use supple::parameters::Scale;
+use supple::simulate::Rollouts;
 use supple_study::LoadedTask;
 use supple_study::robustness::{DesignChoice, RobustnessOptions};
 use supple_study::sweep::{Axis, SweepOptions};
@@ -82,8 +83,7 @@ impl Designed {
     }
 }
 
-/// What a sweep is asked to do; sizes are the roll-outs, the starts, the attempts on
-/// other branches and the seed.
+/// What a sweep is asked to do; `branches` are the attempts on other branches.
 ///
 /// # Errors
 /// Where an axis is wrong.
@@ -91,26 +91,31 @@ pub fn sweep(
     py: Python<'_>,
     task: &LoadedTask,
     grid: Vec<(String, AxisValues)>,
-    (rollouts, starts, branches, seed): (usize, usize, usize, u64),
+    rollouts: usize,
+    starts: usize,
+    branches: usize,
+    seed: u64,
 ) -> PyResult<SweepOptions> {
     let axis = |(name, values): (String, AxisValues)| values.axis(py, &name, task, Scale::Linear);
     let axes = grid.into_iter().map(axis).collect::<PyResult<_>>()?;
     Ok(SweepOptions { axes, rollouts, starts, branches, seed })
 }
 
-/// What a study of robustness is asked to do; sizes are the roll-outs and the seed.
+/// What a study of robustness is asked to do, with the parameter that varies and its values.
 ///
 /// # Errors
 /// Where an axis or a design is wrong.
 pub fn robustness(
     py: Python<'_>,
     task: &LoadedTask,
-    (designs, (name, values)): (Vec<Designed>, (String, AxisValues)),
-    (rollouts, seed): (usize, u64),
+    designs: Vec<Designed>,
+    name: &str,
+    values: AxisValues,
+    Rollouts { count: rollouts, seed }: Rollouts,
 ) -> PyResult<RobustnessOptions> {
     let parameter = task.problem.parameters.iter().find(|parameter| parameter.name == name);
     let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);
-    let vary = values.axis(py, &name, task, spread)?;
+    let vary = values.axis(py, name, task, spread)?;
     let designs = designs.into_iter().map(|design| design.choice(py, task)).collect::<PyResult<_>>()?;
     Ok(RobustnessOptions { designs, vary, rollouts, seed })
 }

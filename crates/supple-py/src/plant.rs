@@ -34,13 +34,15 @@ impl Entry {
 /// # Errors
 /// As those of the roll-outs.
 pub fn roll_out(
-    (task, failures): (&LoadedTask, &Failures),
-    (name, truth): (&str, &LoadedTask),
+    task: &LoadedTask,
+    failures: &Failures,
+    name: &str,
+    truth: &LoadedTask,
     plant: &Py<PyAny>,
     rollouts: Rollouts,
 ) -> Result<Elsewhere, Error> {
     let step = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
-        let found = call(plant, failures, t, (states, controls));
+        let found = call(plant, failures, t, states, controls);
         fill(next, found.as_deref(), states.count(), 1, states.cols());
     };
     let other = Other { task: truth.problem.task(name)?, phi: &truth.phi, plant: &step };
@@ -48,11 +50,10 @@ pub fn roll_out(
 }
 
 /// The next states of all samples; `None` if anything went wrong, now or before.
-fn call(plant: &Py<PyAny>, failures: &Failures, t: usize, at: (&Matrices, &Matrices)) -> Option<Vec<f64>> {
+fn call(plant: &Py<PyAny>, failures: &Failures, t: usize, states: &Matrices, controls: &Matrices) -> Option<Vec<f64>> {
     if failures.any() {
         return None;
     }
-    let (states, controls) = at;
     let count = states.count();
     let shape = [count, states.cols()];
     let outcome = Python::attach(|py| {
@@ -107,7 +108,8 @@ pub fn changed(
     py: Python<'_>,
     task: &LoadedTask,
     numbers: &[(String, String, String, Vec<Entry>)],
-    (parameters, substeps): (&[(String, f64)], Option<u32>),
+    parameters: &[(String, f64)],
+    substeps: Option<u32>,
 ) -> PyResult<LoadedTask> {
     let LoadedTask { phi, sources, .. } = task;
     let mut table = table(py, task)?;

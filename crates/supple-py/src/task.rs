@@ -34,7 +34,8 @@ impl NativeTask {
         &self,
         py: Python<'_>,
         work: Work,
-        (jobs, out): (Option<usize>, Option<PathBuf>),
+        jobs: Option<usize>,
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
         let of_study = |error| errors::of_study(py, &error);
@@ -213,7 +214,7 @@ impl NativeTask {
         parameters: Vec<(String, f64)>,
         substeps: Option<u32>,
     ) -> PyResult<Self> {
-        let task = plant::changed(py, &self.task, &numbers, (&parameters, substeps))?;
+        let task = plant::changed(py, &self.task, &numbers, &parameters, substeps)?;
         Ok(Self { task, failures: self.failures.clone() })
     }
 
@@ -227,9 +228,9 @@ impl NativeTask {
         plant: Py<PyAny>,
         sizes: (usize, u64),
     ) -> PyResult<Py<PyAny>> {
-        let given = ((&self.task, &self.failures), (task, &truth.get().task));
+        let (own, failures, truth) = (&self.task, &self.failures, &truth.get().task);
         let rollouts = Rollouts { count: sizes.0, seed: sizes.1 };
-        let found = long(py, None, &self.failures, |_| plant::roll_out(given.0, given.1, &plant, rollouts))?;
+        let found = long(py, None, failures, |_| plant::roll_out(own, failures, task, truth, &plant, rollouts))?;
         to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
     }
 
@@ -246,7 +247,7 @@ impl NativeTask {
         if let Work::Design(settings) = &work {
             check_settings(py, settings)?;
         }
-        self.study(py, work, (None, out), progress)
+        self.study(py, work, None, out, progress)
     }
 
     /// Evaluates every design of a grid; `place` is how many points at once, and the folder of the journal.
@@ -259,8 +260,9 @@ impl NativeTask {
         place: (Option<usize>, Option<PathBuf>),
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
-        let work = Work::Sweep(options::sweep(py, &self.task, grid, sizes)?);
-        self.study(py, work, place, progress)
+        let ((rollouts, starts, branches, seed), (jobs, out)) = (sizes, place);
+        let work = Work::Sweep(options::sweep(py, &self.task, grid, rollouts, starts, branches, seed)?);
+        self.study(py, work, jobs, out, progress)
     }
 
     /// Costs in closed loop as a noise grows; `studied` are the designs and what varies.
@@ -273,8 +275,10 @@ impl NativeTask {
         out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
-        let work = Work::Robustness(options::robustness(py, &self.task, studied, sizes)?);
-        self.study(py, work, (None, out), progress)
+        let (designs, (name, values)) = studied;
+        let rollouts = Rollouts { count: sizes.0, seed: sizes.1 };
+        let work = Work::Robustness(options::robustness(py, &self.task, designs, &name, values, rollouts)?);
+        self.study(py, work, None, out, progress)
     }
 }
 

@@ -102,7 +102,7 @@ impl Tree {
             let moves = joint.kind != JointKind::Fixed;
             let body = match dofs[master] {
                 Some(dof) if moves => {
-                    bodies.push(Body::new(joint, index, carrier, (dof, ratio, offset)));
+                    bodies.push(Body::new(joint, index, carrier, dof, ratio, offset));
                     Some(bodies.len() - 1)
                 }
                 _ => carrier,
@@ -166,7 +166,7 @@ impl Tree {
 }
 
 impl Body {
-    fn new(joint: &Joint, index: usize, parent: Option<usize>, (dof, ratio, offset): (usize, f64, f64)) -> Self {
+    fn new(joint: &Joint, index: usize, parent: Option<usize>, dof: usize, ratio: f64, offset: f64) -> Self {
         let motion = if joint.kind == JointKind::Prismatic { Motion::Slide } else { Motion::Turn };
         let (reference, axes) = (joint.reference, axes_about(joint.axis));
         Self { parent, joint: index, motion, dof, ratio, offset, reference, axes }

@@ -164,10 +164,10 @@ impl LoadedTask {
     /// # Errors
     /// As of [`load`](Self::load).
     pub fn load_with(path: &Path, kinds: Kinds) -> Result<Self, StudyError> {
-        Self::read(path, (kinds, Files::default()))
+        Self::read(path, kinds, Files::default())
     }
 
-    fn read(path: &Path, (kinds, files): (Kinds, Files)) -> Result<Self, StudyError> {
+    fn read(path: &Path, kinds: Kinds, files: Files) -> Result<Self, StudyError> {
         let text = files.read_named(path)?;
         let name = path.display().to_string();
         let options = ReadOptions { kinds: kinds.clone(), files: files.clone(), ..ReadOptions::default() };
@@ -223,7 +223,7 @@ impl LoadedTask {
     /// As of [`restore`](Self::restore).
     pub fn restore_with(sources: &[Source], kinds: Kinds) -> Result<Self, StudyError> {
         let Some(first) = sources.first() else { return Err(StudyError::usage("there is no text of a task file")) };
-        Self::read(Path::new(&first.path), (kinds, Source::files(sources)))
+        Self::read(Path::new(&first.path), kinds, Source::files(sources))
     }
 
     /// The same task, whose plans start also from the plans of an evaluation of it, where the evaluation has kept them: a

@@ -218,7 +218,7 @@ fn searches(
         if found.is_none() && !watch.is_stopped() {
             let summary = searcher.search_start(phi, start)?;
             let visited = std::mem::take(&mut *recorder.of(start));
-            let search = Search::new(problem, (method, gradient, start), summary, visited);
+            let search = Search::new(problem, method, gradient, start, summary, visited);
             // What was under way when it was told to stop may be cut short.
             if !watch.is_stopped() {
                 parts.keep(&name, &search)?;
@@ -258,7 +258,9 @@ struct Search {
 impl Search {
     fn new(
         problem: &Problem,
-        (method, gradient, start): (Method, GradientKind, usize),
+        method: Method,
+        gradient: GradientKind,
+        start: usize,
         summary: StartSummary,
         visited: Visited,
     ) -> Self {

@@ -103,11 +103,11 @@ pub fn interval_95([lower, upper]: [f64; 2], number: impl Fn(f64) -> String) -> 
 /// use supple_text::{saves, short};
 ///
 /// let number = |number| short(number, 3);
-/// assert_eq!(saves("cost", (2.5, 20.0), number), "+1 in cost saves 2.5 bits");
-/// assert_eq!(saves("cost", (4034.0, 4.25), number), "+0.0001 in cost saves 0.403 bits");
+/// assert_eq!(saves("cost", 2.5, 20.0, number), "+1 in cost saves 2.5 bits");
+/// assert_eq!(saves("cost", 4034.0, 4.25, number), "+0.0001 in cost saves 0.403 bits");
 /// ```
 #[must_use]
-pub fn saves(of: &str, (rate, all): (f64, f64), number: impl Fn(f64) -> String) -> String {
+pub fn saves(of: &str, rate: f64, all: f64, number: impl Fn(f64) -> String) -> String {
     let power = (0..12).find(|&power| rate * 10f64.powi(-power) <= 0.5 * all).filter(|_| all > 0.0).unwrap_or(0);
     let amount = 10f64.powi(-power);
     format!("+{amount} in {of} saves {} bits", number(rate * amount))

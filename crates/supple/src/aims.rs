@@ -84,7 +84,7 @@ pub fn weighted_information(
     out: &mut Vec<f64>,
 ) -> Result<f64, Error> {
     let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
-    information_within(task.at(phi), (weights, limit.as_ref()), state, out).map(|(nats, _)| nats)
+    information_within(task.at(phi), weights, limit.as_ref(), state, out).map(|(nats, _)| nats)
 }
 
 /// Like [`weighted_information`], but with the given limit, and with the derivative by that limit.
@@ -93,7 +93,8 @@ pub fn weighted_information(
 /// Same as for [`weighted_information`].
 pub(crate) fn information_within(
     TaskAt { task, phi }: TaskAt,
-    (weights, limit): (InformationWeights, Option<&Limit>),
+    weights: InformationWeights,
+    limit: Option<&Limit>,
     state: &mut TaskState,
     out: &mut Vec<f64>,
 ) -> Result<(f64, f64), Error> {

@@ -7,7 +7,7 @@ use supple_kernels::{Matrices, halt, math};
 use supple_model::Value;
 
 use crate::Error;
-use crate::continuation::{Failed, Neighbour, Scaling, continue_plan};
+use crate::continuation::{Continuation, Failed, Neighbour, Scaling};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::plan::{Asked, Patience, Plan, PlanMode, PlanSettings, PlanStatus, add_wave};
@@ -355,11 +355,11 @@ pub fn minima_at(
     if attempts == 0 {
         return Ok(vec![state.plan.trajectory.controls.clone()]);
     }
-    let given = (&state.plan.trajectory.controls, cost_of_branch(state));
+    let given = GivenPlan::of(state);
     let (passed_over, iterations) = (state.plan.passed_over, state.plan.iterations);
     let search = BranchSearch { seed, attempts, effort: usize::MAX, stop: &|| false };
     let found = search_branches(problem, task, phi, given, search);
-    let is_same = !is_cheaper(found.cost, given.1);
+    let is_same = !is_cheaper(found.cost, given.cost);
     Error::check_stop()?;
     // The time of a plan is not that of the search for others.
     state.limit_time(problem.planning.time_limit);
@@ -423,7 +423,7 @@ pub(crate) fn cheaper_minimum(
     }
     let effort = PROBES * SHARES * plan.iterations;
     let search = BranchSearch { seed, attempts: PROBES, effort, stop: &|| false };
-    let found = search_branches(problem, task, phi, (&plan.trajectory.controls, cost), search);
+    let found = search_branches(problem, task, phi, GivenPlan::of(state), search);
     (found.cost < cost - WORTH * cost.abs()).then_some(found.cost)
 }
 
@@ -432,6 +432,20 @@ pub(crate) fn cheaper_minimum(
 const PROBES: usize = 2;
 const WORTH: f64 = 1e-2;
 const MOST_PROBED: usize = 25_000_000;
+
+/// The plan for which a branch search looks for others.
+#[derive(Clone, Copy)]
+pub(crate) struct GivenPlan<'a> {
+    pub controls: &'a Matrices,
+    /// Its expected cost; infinite if it is no minimum.
+    pub cost: f64,
+}
+
+impl<'a> GivenPlan<'a> {
+    pub fn of(state: &'a TaskState) -> Self {
+        Self { controls: &state.plan.trajectory.controls, cost: cost_of_branch(state) }
+    }
+}
 
 /// Options of a branch search.
 #[derive(Clone, Copy)]
@@ -461,17 +475,18 @@ pub(crate) struct Branches {
 /// from random multiples of the first guess, each continued to the design in small steps; if there are contacts to make,
 /// every other attempt starts from a plan that approached them. Deterministic in the seed, whatever the number of threads.
 ///
-/// The given plan has an infinite cost if it is no minimum. If stopped, it returns what was found so far.
+/// If stopped, it returns what was found so far.
 pub(crate) fn search_branches(
     problem: &Problem,
     task: &Task,
     phi: &[f64],
-    given: (&Matrices, f64),
+    given: GivenPlan,
     BranchSearch { seed, attempts, effort, stop }: BranchSearch,
 ) -> Branches {
     let is_stopped = || halt::is_requested() || stop();
     let allowance = (effort / SHARES).max(LEAST_ALLOWED);
-    let scaling = Scaling::of(&problem.parameters);
+    let scaling = &Scaling::of(&problem.parameters);
+    let one = BranchAttempt { problem, task, phi, scaling, given: given.controls, allowance };
     let attempt = |state: &mut TaskState, attempt: usize| {
         if is_stopped() {
             return (0, None);
@@ -480,14 +495,13 @@ pub(crate) fn search_branches(
         random.set_stream(attempt as u64 + 1);
         state.effort = 0;
         state.limit_time(problem.planning.time_limit);
-        let approach = attempt % 2 == 1;
-        let found =
-            attempt_branch((problem, task), (&scaling, allowance), phi, given.0, (&mut random, approach), state);
+        let found = one.run(attempt % 2 == 1, &mut random, state);
         (state.effort, found.ok().flatten())
     };
-    let mut branches = Branches { minima: Vec::new(), controls: given.0.clone(), cost: given.1 };
-    let mut seen: Vec<f64> = Some(given.1).filter(|cost| cost.is_finite()).into_iter().collect();
-    branches.minima.extend(seen.first().map(|_| given.0.clone()));
+    let GivenPlan { controls, cost } = given;
+    let mut branches = Branches { minima: Vec::new(), controls: controls.clone(), cost };
+    let mut seen: Vec<f64> = Some(cost).filter(|cost| cost.is_finite()).into_iter().collect();
+    branches.minima.extend(seen.first().map(|_| controls.clone()));
     let (mut spent, mut next) = (0, 0);
     while next < attempts && !is_stopped() {
         let batch = next..(next + BATCH).min(attempts);
@@ -543,36 +557,53 @@ pub(crate) fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-fn attempt_branch(
-    (problem, task): (&Problem, &Task),
-    (scaling, allowance): (&Scaling, usize),
-    phi: &[f64],
-    given: &Matrices,
-    (random, approach): (&mut ChaCha8Rng, bool),
-    state: &mut TaskState,
-) -> Result<Option<(f64, Matrices)>, Error> {
-    // A design up to `AROUND` away from this one, in scaled coordinates.
-    let source: Vec<f64> =
-        scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / REACHES).clamp(0.0, 1.0)).collect();
-    let source = scaling.unscaled(phi, &source);
-    let mut guess = disturbed_guess(task, phi, given, &source, random);
-    if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
-        guess = controls;
+/// What the attempts of a branch search have in common.
+struct BranchAttempt<'a> {
+    problem: &'a Problem,
+    task: &'a Task,
+    phi: &'a [f64],
+    scaling: &'a Scaling,
+    /// Controls of the given plan.
+    given: &'a Matrices,
+    /// The iterations that an attempt may take.
+    allowance: usize,
+}
+
+impl BranchAttempt<'_> {
+    /// The expected cost and the controls of the minimum that one attempt finds; `approach` says whether it starts from
+    /// a plan that approached the contacts.
+    fn run(
+        &self,
+        approach: bool,
+        random: &mut ChaCha8Rng,
+        state: &mut TaskState,
+    ) -> Result<Option<(f64, Matrices)>, Error> {
+        let &Self { problem, task, phi, scaling, given, allowance } = self;
+        // A design up to `AROUND` away from this one, in scaled coordinates.
+        let source: Vec<f64> =
+            scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / REACHES).clamp(0.0, 1.0)).collect();
+        let source = scaling.unscaled(phi, &source);
+        let mut guess = disturbed_guess(task, phi, given, &source, random);
+        if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
+            guess = controls;
+        }
+        let left = |state: &TaskState| {
+            let settings = &problem.planning;
+            let most = settings.max_iterations.min(allowance.saturating_sub(state.effort)).max(1);
+            PlanSettings { max_iterations: most, ..settings.clone() }
+        };
+        state.plan_only(task, &source, &left(state), Some(&guess))?;
+        Error::check_stop()?;
+        if !state.plan.status.is_converged() && state.effort >= allowance {
+            return Ok(None);
+        }
+        let neighbour = Neighbour::of(&state.plan);
+        let settings = &left(state);
+        let line = Continuation { settings, task, scaling, from: &source, to: phi, finer: 1 };
+        line.plan(&neighbour, state).map_err(Failed::error)?;
+        let converged = state.plan.status.is_converged();
+        Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
     }
-    let left = |state: &TaskState| {
-        let settings = &problem.planning;
-        let most = settings.max_iterations.min(allowance.saturating_sub(state.effort)).max(1);
-        PlanSettings { max_iterations: most, ..settings.clone() }
-    };
-    state.plan_only(task, &source, &left(state), Some(&guess))?;
-    Error::check_stop()?;
-    if !state.plan.status.is_converged() && state.effort >= allowance {
-        return Ok(None);
-    }
-    let neighbour = Neighbour::of(&state.plan);
-    continue_plan((&left(state), task), scaling, (&source, phi), (&neighbour, 1), state).map_err(Failed::error)?;
-    let converged = state.plan.status.is_converged();
-    Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
 }
 
 /// Controls to plan from at a design, chosen at random: multiples of the first guess of a task; if it has none,

@@ -52,7 +52,7 @@ impl Scaling {
 
     /// The slope at `phi` per whole segment between two points in scaled coordinates, from a gradient with
     /// respect to all parameters.
-    pub fn slope_along(&self, (start, end): (&[f64], &[f64]), phi: &[f64], by_parameter: &[f64]) -> f64 {
+    pub fn slope_along(&self, start: &[f64], end: &[f64], phi: &[f64], by_parameter: &[f64]) -> f64 {
         let slopes = self.gradient(phi, by_parameter);
         slopes.iter().zip(start.iter().zip(end)).map(|(slope, (a, b))| slope * (b - a)).sum()
     }
@@ -128,39 +128,49 @@ fn is_of_noise(task: &Task, from: &[f64], to: &[f64]) -> bool {
         && limits.is_none_or(|limits| limits.bounds(from) == limits.bounds(to))
 }
 
-/// Plans a task along the straight line between two designs, each plan starting from the one before, in steps that are finer
-/// than the usual ones by a factor; the state is left at the second design, whose plan alone has the tolerance asked for.
-pub(crate) fn continue_plan(
-    (exact, task): (&PlanSettings, &Task),
-    scaling: &Scaling,
-    (from, to): (&[f64], &[f64]),
-    (neighbour, finer): (&Neighbour, usize),
-    state: &mut TaskState,
-) -> Result<(), Failed> {
-    let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-    let steps = match exact.plan == PlanMode::Nominal && is_of_noise(task, from, to) {
-        // The plan of the second design is that of the first.
-        true => 1,
-        false => (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer,
-    };
-    // Limits, beliefs and risks have tolerances of their own, which follow from that of the plan.
-    let is_plain = exact.plan == PlanMode::Nominal && task.system.constraints().is_none();
-    let loose = exact.to_tolerance(if is_plain { exact.tolerance.max(LOOSE) } else { exact.tolerance });
-    let mut before: Option<Neighbour> = None;
-    for step in 1..=steps {
-        let is_last = step == steps;
-        let share = step as f64 / steps as f64;
-        let phi = if is_last { to.to_vec() } else { scaling.unscaled(to, &between(&start, &end, share)) };
-        let settings = if is_last { exact } else { &loose };
-        let Neighbour { controls, held } = before.as_ref().unwrap_or(neighbour);
-        let asked = Asked { held: held.as_ref(), ..Asked::of(settings, Patience::Full) };
-        if let Err(error) = state.plan_with(task.at(&phi), asked, controls) {
-            return Err(Failed { phi, error });
+/// The straight line from one design to another, along which plans of a task are continued.
+pub(crate) struct Continuation<'a> {
+    pub settings: &'a PlanSettings,
+    pub task: &'a Task,
+    pub scaling: &'a Scaling,
+    /// Parameters of the first design.
+    pub from: &'a [f64],
+    /// Parameters of the second design.
+    pub to: &'a [f64],
+    /// By which factor steps are finer than the usual ones.
+    pub finer: usize,
+}
+
+impl Continuation<'_> {
+    /// Plans the task along the line, starting from a neighbour's plan and then from the plan before; the state is left
+    /// at the second design, whose plan alone has the tolerance asked for.
+    pub fn plan(&self, neighbour: &Neighbour, state: &mut TaskState) -> Result<(), Failed> {
+        let &Self { settings, task, scaling, from, to, finer } = self;
+        let (start, end) = (scaling.scaled(from), scaling.scaled(to));
+        let steps = match settings.plan == PlanMode::Nominal && is_of_noise(task, from, to) {
+            // The plan of the second design is that of the first.
+            true => 1,
+            false => (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer,
+        };
+        // Limits, beliefs and risks have tolerances of their own, which follow from that of the plan.
+        let is_plain = settings.plan == PlanMode::Nominal && task.system.constraints().is_none();
+        let loose = settings.to_tolerance(if is_plain { settings.tolerance.max(LOOSE) } else { settings.tolerance });
+        let mut before: Option<Neighbour> = None;
+        for step in 1..=steps {
+            let is_last = step == steps;
+            let share = step as f64 / steps as f64;
+            let phi = if is_last { to.to_vec() } else { scaling.unscaled(to, &between(&start, &end, share)) };
+            let stage = if is_last { settings } else { &loose };
+            let Neighbour { controls, held } = before.as_ref().unwrap_or(neighbour);
+            let asked = Asked { held: held.as_ref(), ..Asked::of(stage, Patience::Full) };
+            if let Err(error) = state.plan_with(task.at(&phi), asked, controls) {
+                return Err(Failed { phi, error });
+            }
+            if let Err(error) = Error::check_stop() {
+                return Err(Failed { phi, error });
+            }
+            before = (!is_last).then(|| Neighbour::of(&state.plan));
         }
-        if let Err(error) = Error::check_stop() {
-            return Err(Failed { phi, error });
-        }
-        before = (!is_last).then(|| Neighbour::of(&state.plan));
+        state.assess_with(task, to, settings).map_err(|error| Failed { phi: to.to_vec(), error })
     }
-    state.assess_with(task, to, exact).map_err(|error| Failed { phi: to.to_vec(), error })
 }

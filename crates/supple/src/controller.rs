@@ -217,7 +217,7 @@ impl Controller {
             return Ok(false);
         }
         let ControllerRun { step, estimate, controls, deviation, corrected, innovation } = run;
-        self.correct(t, y, (deviation, innovation), corrected);
+        self.correct(t, y, deviation, innovation, corrected);
         let xbar = self.trajectory.states.vector(t);
         estimate.iter_mut().zip(xbar).zip(&*corrected).for_each(|((x, xbar), d)| *x = xbar + d);
         let (ubar, feedforward) = (self.trajectory.controls.vector(t), self.feedforward.vector(t));
@@ -233,13 +233,7 @@ impl Controller {
     }
 
     /// Computes `d` after the measurement of step `t` from `d` before it; `innovation` receives `y - ybar - C d`.
-    pub(crate) fn correct(
-        &self,
-        t: usize,
-        y: &[f64],
-        (before, innovation): (&[f64], &mut [f64]),
-        corrected: &mut [f64],
-    ) {
+    pub(crate) fn correct(&self, t: usize, y: &[f64], before: &[f64], innovation: &mut [f64], corrected: &mut [f64]) {
         let ybar = self.expected.vector(t);
         for (i, innovation) in innovation.iter_mut().enumerate() {
             *innovation = y[i] - ybar[i] - dot(row(&self.measurement, t, i), before);

@@ -33,9 +33,9 @@ pub(crate) fn film(task: &Task, phi: &[f64], trajectory: &Trajectory, sigma: &Ma
     for (index, landmark) in first.picture.landmarks.iter().enumerate() {
         let known: Vec<_> = seen.iter().zip(&steps).map(|(seen, &t)| covariance(seen, index, sigma, t)).collect();
         match landmark.kind {
-            LandmarkKind::Point => scene.beliefs.push(film_point(&seen, (index, landmark), &known)),
+            LandmarkKind::Point => scene.beliefs.push(film_point(&seen, index, landmark, &known)),
             LandmarkKind::Wall { normal, .. } => {
-                scene.walls.push(film_wall(&seen, (index, landmark), normal, &known));
+                scene.walls.push(film_wall(&seen, index, landmark, normal, &known));
             }
         }
     }
@@ -110,7 +110,7 @@ fn covariance(seen: &Seen, index: usize, sigma: &Matrices, t: usize) -> [[f64; 3
     out
 }
 
-fn film_point(seen: &[Seen], (index, landmark): (usize, &Landmark), known: &[[[f64; 3]; 3]]) -> PointBelief {
+fn film_point(seen: &[Seen], index: usize, landmark: &Landmark, known: &[[[f64; 3]; 3]]) -> PointBelief {
     PointBelief {
         name: landmark.name.clone(),
         position: Track::new(seen.iter().map(|seen| seen.positions[index]).collect()),
@@ -119,7 +119,7 @@ fn film_point(seen: &[Seen], (index, landmark): (usize, &Landmark), known: &[[[f
 }
 
 /// A plate along the wall that covers all points where it may be touched, with a margin.
-fn film_wall(seen: &[Seen], (index, landmark): (usize, &Landmark), normal: [f64; 3], known: &[[[f64; 3]; 3]]) -> Wall {
+fn film_wall(seen: &[Seen], index: usize, landmark: &Landmark, normal: [f64; 3], known: &[[[f64; 3]; 3]]) -> Wall {
     let rotation = turned_to(normal);
     let mut quaternion = quaternion(&rotation);
     round(&mut quaternion);

@@ -260,13 +260,13 @@ impl TaskState {
                 let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
                 let first = found.trajectory.controls.clone();
                 search(task.nominal(phi), asked, found, plan_work, scratch)?;
-                plan_belief(task.at(phi), &first, (settings, plan_work.deadline), found, memory, scratch);
+                plan_belief(task.at(phi), &first, settings, plan_work.deadline, found, memory, scratch);
                 Ok(())
             }
             PlanMode::Risk => {
                 let Self { plan: found, plan_work, scratch, .. } = self;
                 search(task.nominal(phi), asked, found, plan_work, scratch)?;
-                plan_risk(task.at(phi), (settings, plan_work.deadline), found, scratch)
+                plan_risk(task.at(phi), settings, plan_work.deadline, found, scratch)
             }
         }
     }

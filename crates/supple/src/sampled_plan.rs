@@ -73,7 +73,7 @@ pub(crate) fn plan_sampled(
         }
     }
     plan.nominal_cost = cost_of(task, phi, &plan.trajectory, scratch);
-    finish((problem, settings.curvature), plan, status, scratch)?;
+    finish(problem, settings.curvature, plan, status, scratch)?;
     plan.mode = PlanMode::Sampled;
     Ok(())
 }

@@ -166,25 +166,26 @@ impl StudyCommand {
     pub fn read<'de, D: Deserializer<'de>>(
         name: &str,
         options: D,
-        (task, output): (TaskArguments, Output),
+        task: TaskArguments,
+        output: Output,
     ) -> Option<Result<Self, D::Error>> {
         fn read<'de, A: Ask, D: Deserializer<'de>>(
             options: D,
-            (task, output): (TaskArguments, Output),
+            task: TaskArguments,
+            output: Output,
             of: fn(Asked<A>) -> StudyCommand,
         ) -> Result<StudyCommand, D::Error> {
             A::deserialize(options).map(|ask| of(Asked { task, ask, output }))
         }
-        let common = (task, output);
         Some(match name {
-            "design" => read(options, common, Self::Design),
-            "evaluate" => read(options, common, Self::Evaluate),
-            "sweep" => read(options, common, Self::Sweep),
-            "robustness" => read(options, common, Self::Robustness),
-            "pareto" => read(options, common, Self::Pareto),
-            "bound" => read(options, common, Self::Bound),
-            "sensors" => read(options, common, Self::Sensors),
-            "trace" => read(options, common, Self::Trace),
+            "design" => read(options, task, output, Self::Design),
+            "evaluate" => read(options, task, output, Self::Evaluate),
+            "sweep" => read(options, task, output, Self::Sweep),
+            "robustness" => read(options, task, output, Self::Robustness),
+            "pareto" => read(options, task, output, Self::Pareto),
+            "bound" => read(options, task, output, Self::Bound),
+            "sensors" => read(options, task, output, Self::Sensors),
+            "trace" => read(options, task, output, Self::Trace),
             _ => return None,
         })
     }

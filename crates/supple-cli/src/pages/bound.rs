@@ -88,7 +88,7 @@ fn summary(page: &mut String, task: &TaskBound) {
         ),
         (Some(reason), _) => writeln!(page, "The lower bound is NOT PROVED: {reason}."),
     };
-    let _ = writeln!(page, "{}.", saves("cost", (task.price_bits_per_cost, task.minimum_bits), number));
+    let _ = writeln!(page, "{}.", saves("cost", task.price_bits_per_cost, task.minimum_bits, number));
     let _ = writeln!(
         page,
         "Prefix-free codes with scalar quantisers require at most {} bits per step for the virtual sensor.",

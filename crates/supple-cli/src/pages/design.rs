@@ -100,7 +100,7 @@ fn results(about: &About, report: &DesignReport) -> Rows {
             _ if missed.is_some() => "missed".into(),
             Some(price) => {
                 let (saved, all) = (price.nats_per_unit / std::f64::consts::LN_2, optimum.objective.information_bits);
-                format!("limit active; {}", saves("cost", (saved, all), number))
+                format!("limit active; {}", saves("cost", saved, all, number))
             }
             None => String::new(),
         };

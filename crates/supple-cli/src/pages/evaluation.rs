@@ -123,7 +123,7 @@ pub(super) fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
     let mut text = format!("price: {} ({}){within}{before}\n", number(price.total), parts.join(", "));
     if let Some(saved) = report.map(|report| report.budget_nats_per_unit).filter(|&nats| nats > 0.0) {
         let all = at.objective.information_bits;
-        let _ = writeln!(text, "Budget exhausted; {}.", saves("budget", (saved / std::f64::consts::LN_2, all), number));
+        let _ = writeln!(text, "Budget exhausted; {}.", saves("budget", saved / std::f64::consts::LN_2, all, number));
     }
     if price.weight_nats_per_unit > 0.0 {
         let [weight, sum] =

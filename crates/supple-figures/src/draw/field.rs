@@ -23,7 +23,7 @@ fn colour(map: Map, band: usize, bands: usize) -> (String, bool) {
 }
 
 /// Draws bands, lines between them, and their values wherever lines and marks of `above` would not cover them.
-pub fn draw(canvas: &mut Canvas, frame: &Frame, (grid, levels, map): (&Values, &[f64], Map), above: &[Vec<Place>]) {
+pub fn draw(canvas: &mut Canvas, frame: &Frame, grid: &Values, levels: &[f64], map: Map, above: &[Vec<Place>]) {
     let bands = levels.len() + 1;
     let ruler = Ruler::new();
     canvas.rectangle(frame.area, Paint::fill(MISSING));
@@ -36,7 +36,7 @@ pub fn draw(canvas: &mut Canvas, frame: &Frame, (grid, levels, map): (&Values, &
         let mut room = Room { area: frame.area, above, taken: Vec::new() };
         for (index, (level, text)) in levels.iter().zip(words::typeset_all(levels)).enumerate() {
             let dark = colour(map, index + 1, bands).1;
-            numbered(canvas, &sheet, (*level, &text), dark, (&ruler, &mut room));
+            numbered(canvas, &sheet, *level, &text, dark, &ruler, &mut room);
         }
     });
 }
@@ -70,13 +70,7 @@ fn beside(at: Place, from: Place, to: Place) -> f64 {
 }
 
 /// Draws the lines of a level, the longest with its value in a gap.
-fn numbered(
-    canvas: &mut Canvas,
-    sheet: &Sheet,
-    (level, text): (f64, &str),
-    dark: bool,
-    (ruler, room): (&Ruler, &mut Room),
-) {
+fn numbered(canvas: &mut Canvas, sheet: &Sheet, level: f64, text: &str, dark: bool, ruler: &Ruler, room: &mut Room) {
     let colour = if dark { "#ffffff" } else { "#000000" };
     let mut lines = sheet.lines(level);
     let half = ruler.width(text, SMALL - 1.0) / 2.0 + 1.5;

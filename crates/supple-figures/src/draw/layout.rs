@@ -63,7 +63,8 @@ impl Layout {
             let at = |(index, panel): (usize, &Panel)| {
                 let labelled_x = !figure.shared_x || index + columns >= count;
                 let labelled_y = !figure.shared_y || index % columns == 0;
-                panel_layout(panel, (labelled_x, labelled_y), (index, count), (size, gap), ruler)
+                let tag = if count > 1 { format!("({}) ", letter(index)) } else { String::new() };
+                panel_layout(panel, tag, labelled_x, labelled_y, size, gap, ruler)
             };
             let (laid, rooms): (Vec<_>, Vec<_>) = figure.panels.iter().enumerate().map(at).unzip();
             places = laid;
@@ -139,9 +140,11 @@ fn column(margins: &[[f64; 4]], column: usize, columns: usize, side: usize) -> f
 
 fn panel_layout(
     panel: &Panel,
-    (labelled_x, labelled_y): (bool, bool),
-    (index, count): (usize, usize),
-    (size, title_gap): ([f64; 2], f64),
+    tag: String,
+    labelled_x: bool,
+    labelled_y: bool,
+    size: [f64; 2],
+    title_gap: f64,
     ruler: &Ruler,
 ) -> (PanelLayout, Margins) {
     let x = apart(&panel.x, size[0], ruler);
@@ -157,7 +160,6 @@ fn panel_layout(
         let texts = words::typeset_all(levels).into_iter().map(|text| ruler.width(&text, SMALL));
         2.0 * BAR + 4.0 + texts.fold(0.0, f64::max)
     });
-    let tag = if count > 1 { format!("({}) ", letter(index)) } else { String::new() };
     let title = tag + &panel.title;
     let title = if title.trim().is_empty() { Vec::new() } else { wrap(title.trim_end(), size[0] + right, ruler) };
     let top = above(&title, title_gap);

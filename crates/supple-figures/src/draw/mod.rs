@@ -59,7 +59,7 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, place: &PanelLayout) {
         let above: Vec<_> = panel.series.iter().flat_map(|series| series::lines(series, &frame)).collect();
         for series in &panel.series {
             if let Shape::Field { grid, levels, map } = &series.shape {
-                field::draw(canvas, &frame, (grid, levels, *map), &above);
+                field::draw(canvas, &frame, grid, levels, *map, &above);
             }
         }
         panel.series.iter().for_each(|series| series::rim(canvas, series, &frame));

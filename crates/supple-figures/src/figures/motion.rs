@@ -73,7 +73,7 @@ pub fn motion(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let size = (x[1] - x[0]).max(y[1] - y[0]);
     let length = if strongest > 0.0 { ARROW * size / strongest } else { 0.0 };
     for Pose { series, scene, frame, .. } in &mut poses {
-        series.extend(view.forces(scene, *frame, (length, &label)));
+        series.extend(view.forces(scene, *frame, length, &label));
     }
     let ([x, y], aspect) = ranges(&poses);
     let axis = |axis: usize, range: [f64; 2]| Axis::over(["x", "y", "z"][axis], "m", Scale::Linear, range);
@@ -185,7 +185,7 @@ impl View {
     }
 
     /// Contact forces at a frame; the length of an arrow is that of 1 N.
-    fn forces(&self, scene: &Scene, frame: usize, (length, label): (f64, &str)) -> Vec<Series> {
+    fn forces(&self, scene: &Scene, frame: usize, length: f64, label: &str) -> Vec<Series> {
         let arrow = |contact: &Connection| {
             let (tip, force) = (at(&contact.to.0, frame), at(&contact.force.0, frame));
             let from = [0, 1, 2].map(|axis| tip[axis] - length * force[axis]);

@@ -88,13 +88,12 @@ pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
         (true, Some(nats)) => nats / NATS,
         _ => point.information_nats / NATS,
     };
-    let information = (String::from("directed information"), String::from("bits"), Scale::Linear);
-    let mut panels = vec![panel(&fronts, &x, information, &bits)];
+    let mut panels = vec![panel(&fronts, &x, "directed information", "bits", Scale::Linear, &bits)];
     let designed = about.parameters.iter().filter(|parameter| parameter.role == Role::Design);
     for parameter in designed.take(MOST) {
-        panels.push(panel(&fronts, &x, axis_of(parameter), &|point, _| {
-            point.parameters.get(&parameter.name).unwrap_or(f64::NAN)
-        }));
+        let value = |point: &ParetoPoint, _: &Front| point.parameters.get(&parameter.name).unwrap_or(f64::NAN);
+        let Parameter { name, unit, scale, .. } = parameter;
+        panels.push(panel(&fronts, &x, &words::name(name), unit, *scale, &value));
     }
     let wide = panels.len().min(3);
     let figure = Figure {
@@ -107,10 +106,6 @@ pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
         shared_y: false,
     };
     Ok(grouped(figure, &[]))
-}
-
-fn axis_of(parameter: &Parameter) -> (String, String, Scale) {
-    (words::name(&parameter.name), parameter.unit.clone(), parameter.scale)
 }
 
 impl Front<'_> {
@@ -132,7 +127,9 @@ impl Front<'_> {
 fn panel(
     fronts: &[Front],
     x: &Axis,
-    (label, unit, scale): (String, String, Scale),
+    label: &str,
+    unit: &str,
+    scale: Scale,
     value: &dyn Fn(&ParetoPoint, &Front) -> f64,
 ) -> Panel {
     let mut series = Vec::new();

@@ -242,7 +242,7 @@ impl Reader<'_> {
         let vocabulary = model.vocabulary();
         let quantities = &self.kinds.quantities;
         let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
-        let mut followed = followed::read((self.document, self.index), &context)?;
+        let mut followed = followed::read(self.document, self.index, &context)?;
         let of_model = if file.enforce_effort_limits { model.limits() } else { Vec::new() };
         let mut without = followed.clone();
         let boxed: Vec<_> = without.iter_mut().flat_map(Followed::take_control_bounds).collect();
@@ -282,8 +282,7 @@ impl Reader<'_> {
             Some(guess) => self.guess(guess, size, file.steps)?,
             None => Vec::new(),
         };
-        let terms = (costs.clone(), followed.clone());
-        let system = model.system(terms, file.time_step, self.parameters.len());
+        let system = model.system(costs.clone(), followed.clone(), file.time_step, self.parameters.len());
         if file.enforce_effort_limits && bounds_of(&of_model, size.controls).is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));

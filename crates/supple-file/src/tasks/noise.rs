@@ -125,7 +125,7 @@ impl Reader<'_> {
 
     /// What varies of the noise.
     fn varying(&self, given: &[NamedVariance], model: &dyn AnyModel) -> Result<Vec<VaryingVariance>, FileError> {
-        varying::read(self.document, (self.index, given), (&model.channels(), self.parameters))
+        varying::read(self.document, self.index, given, &model.channels(), self.parameters)
     }
 
     /// The noise of all measurements from that of the model's own, where a catalogue adds some.

@@ -53,7 +53,7 @@ impl Corrected {
         array.view_mut((p, p), (n, r)).copy_from(root);
         for i in 0..p {
             for j in p..p + r {
-                rotate(&mut array, i, (i, j));
+                rotate(&mut array, i, j);
             }
         }
         let innovation = array.view((0, 0), (p, p)).into_owned();
@@ -72,15 +72,15 @@ impl Corrected {
 }
 
 /// Rotates columns `i` and `j` of `array`, from row `i` on, so that entry (i, j) vanishes.
-fn rotate(array: &mut DMatrix<f64>, row: usize, (i, j): (usize, usize)) {
-    let (kept, gone) = (array[(row, i)], array[(row, j)]);
+fn rotate(array: &mut DMatrix<f64>, i: usize, j: usize) {
+    let (kept, gone) = (array[(i, i)], array[(i, j)]);
     if gone == 0.0 {
         return;
     }
     let size = math::hypot(kept, gone);
     let (cos, sin) = (kept / size, gone / size);
-    (array[(row, i)], array[(row, j)]) = (size, 0.0);
-    for k in row + 1..array.nrows() {
+    (array[(i, i)], array[(i, j)]) = (size, 0.0);
+    for k in i + 1..array.nrows() {
         let (a, b) = (array[(k, i)], array[(k, j)]);
         (array[(k, i)], array[(k, j)]) = (cos * a + sin * b, cos * b - sin * a);
     }

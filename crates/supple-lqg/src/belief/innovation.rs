@@ -99,20 +99,22 @@ impl Job for Form<'_> {
         let Self { of: InnovationCovariance { cross, covariance }, c, predicted, v } = self;
         let (p, stride) = (cross.rows(), covariance.stride());
         let shape = Shape::<Long>::of(Dimensions { states: cross.cols(), controls: 0, measurements: p });
-        form::<L, _>(shape, (c, predicted, v), cross.at_mut(0), (covariance.at_mut(0), stride));
+        form::<L, _>(shape, c, predicted, v, cross.at_mut(0), ViewMut::new(covariance.at_mut(0), stride));
         mirror::<L, Long>(ViewMut::new(covariance.at_mut(0), stride), p);
     }
 }
 
-/// `C P` and the lower triangle of `S^y = C P C' + V`, the latter with rows `stride` apart.
+/// `C P` and the lower triangle of `S^y = C P C' + V`.
 #[inline(always)]
 pub(super) fn form<L: Lanes, R: Rows>(
     shape: Shape<R>,
-    (c, predicted, v): (&[f64], &[f64], &[f64]),
+    c: &[f64],
+    predicted: &[f64],
+    v: &[f64],
     cross: &mut [f64],
-    (covariance, stride): (&mut [f64], usize),
+    covariance: ViewMut,
 ) {
-    let Shape { n, p, .. } = shape;
+    let (Shape { n, p, .. }, ViewMut { numbers: covariance, stride }) = (shape, covariance);
     let (narrow, small) = (shape.narrow(), shape.small());
     let (left, right) = (Left::plain(c, narrow), View::new(predicted, narrow));
     Product { left, right, rows: p, inner: n, width: narrow }.set::<L, R>(ViewMut::new(cross, narrow));

@@ -29,8 +29,7 @@ impl<R: Rows> Job for CorrectEach<'_, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let Self { shape, t, picks, variances, belief } = self;
-        correct::<L, R>(shape, t, (picks, variances), belief)
+        correct::<L, R>(self)
     }
 }
 
@@ -45,12 +44,8 @@ impl<R: Rows> Job for CorrectEach<'_, R> {
 /// ones; then `P`, stored as its lower triangle only, is updated once. `Err(i)` if the `i`th innovation variance is not
 /// positive.
 #[inline(always)]
-fn correct<L: Lanes, R: Rows>(
-    shape: Shape<R>,
-    t: usize,
-    (picks, variances): (&[usize], &[f64]),
-    belief: &mut Belief,
-) -> Result<(), usize> {
+fn correct<L: Lanes, R: Rows>(part: CorrectEach<R>) -> Result<(), usize> {
+    let CorrectEach { shape, t, picks, variances, belief } = part;
     let (n, stride, small) = (shape.n, shape.narrow(), shape.small());
     let Belief { predicted, corrected, gain_transposed, innovation_factor, pivots, work, .. } = belief;
     let p = corrected.at_mut(t);
@@ -78,7 +73,7 @@ fn correct<L: Lanes, R: Rows>(
                 }
             }
             for (j, &(before, by)) in done[..k].iter().enumerate() {
-                take::<L>(pivot, (s, group[j]), (before, by), variance(j) * reciprocals[j]);
+                take::<L>(pivot, s, group[j], before, by, variance(j) * reciprocals[j]);
             }
             let innovation = pivot[s] + variance(k);
             if !(innovation > 0.0 && innovation.is_finite()) {
@@ -95,7 +90,8 @@ fn correct<L: Lanes, R: Rows>(
             exact.copy_from_slice(done[k].0);
             rows::scale::<L>(exact, variance(k) * reciprocals[k]);
             for j in k + 1..group.len() {
-                take::<L>(exact, (s, group[j]), done[j], variance(j) * reciprocals[j]);
+                let (before, by) = done[j];
+                take::<L>(exact, s, group[j], before, by, variance(j) * reciprocals[j]);
             }
         }
         let (pivots, gain) = (&pivots[first * stride..], &gain[first * stride..]);
@@ -141,7 +137,7 @@ impl Belief {
 
 /// Row `s` of the covariance after state `other` was measured: `g`, `g / S` and `v / S` belong to that measurement.
 #[inline(always)]
-fn take<L: Lanes>(row: &mut [f64], (s, other): (usize, usize), (g, scaled): (&[f64], &[f64]), left: f64) {
+fn take<L: Lanes>(row: &mut [f64], s: usize, other: usize, g: &[f64], scaled: &[f64], left: f64) {
     if s == other {
         row.copy_from_slice(g);
         rows::scale::<L>(row, left);

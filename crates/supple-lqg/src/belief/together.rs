@@ -45,7 +45,7 @@ impl<R: Rows> Job for Correct<'_, R> {
         let Work { cross, innovation, reciprocals, noise_factor, column, .. } = &mut belief.work;
         let (cross, rows, reciprocals) = (cross.at_mut(0), innovation.at_mut(0), reciprocals.at_mut(0));
 
-        form::<L, R>(shape, (c, predicted, v), cross, (&mut *rows, stride));
+        form::<L, R>(shape, c, predicted, v, cross, ViewMut::new(rows, stride));
         let beside = Scaled { from: View::new(cross, narrow), factor: 1.0, rows: p, count: n };
         beside.set::<L, R>(ViewMut::new(&mut rows[small..], stride));
         factor::<L, R>(ViewMut::new(rows, stride), p, stride, reciprocals)?;

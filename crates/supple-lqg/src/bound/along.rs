@@ -18,7 +18,7 @@ impl Horizon {
         let (n, steps) = (knots.dimensions.states, knots.steps());
         let fits = knots
             .check_shapes()
-            .and_then(|()| policy.check_shapes((n, knots.dimensions.controls), steps))
+            .and_then(|()| policy.check_shapes(knots.dimensions, steps))
             .and_then(|()| noise.check_shapes(knots.dimensions, steps));
         assert!(fits.is_ok(), "knots, policy and noise do not fit each other: {fits:?}");
         let mut dynamics = Matrices::zeros(steps, n, n);

@@ -151,11 +151,11 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
     };
     let scalings: Vec<Scaling> = local.iter().zip(&place.multipliers).map(scaling).collect::<Option<_>>()?;
     let left = slack_of_budget(local);
-    let gradients = gradients(chain, local, &scalings, (barrier, left));
-    let solved = newton.solve(chain, local, &scalings, &gradients, (barrier, place.price / left));
+    let gradients = gradients(chain, local, &scalings, barrier, left);
+    let solved = newton.solve(chain, local, &scalings, &gradients, barrier, place.price / left);
     let (covariances, cost) = solved.ok()?;
-    let direction = complete(chain, (place, local, &scalings), covariances, cost, barrier);
-    let (primal, dual) = longest_steps(&scalings, &direction, (left, place.price));
+    let direction = complete(chain, place, local, &scalings, covariances, cost, barrier);
+    let (primal, dual) = longest_steps(&scalings, &direction, left, place.price);
     let slope = slope(&gradients, &direction.covariances);
     let before = merit(place, local, barrier)?;
     let mut length = primal;
@@ -176,7 +176,7 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
 }
 
 /// Gradients with respect to `p_t` of the information with the barriers (theory, equation L.5).
-fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], (barrier, left): (f64, f64)) -> Vec<Dense> {
+fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], barrier: f64, left: f64) -> Vec<Dense> {
     let of = |t: usize| {
         let at = &local[t];
         let n = at.price.nrows();
@@ -194,7 +194,9 @@ fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], (barrier, lef
 /// The changes of slacks and multipliers that follow from those of the covariances.
 fn complete(
     chain: &Chain,
-    (place, local, scalings): (&Place, &[Local], &[Scaling]),
+    place: &Place,
+    local: &[Local],
+    scalings: &[Scaling],
     covariances: Vec<Dense>,
     cost: f64,
     barrier: f64,
@@ -210,8 +212,8 @@ fn complete(
     Direction { multipliers: multipliers.collect(), covariances, slacks, budget, price }
 }
 
-/// The longest steps, at most 1, that stay strictly feasible.
-fn longest_steps(scalings: &[Scaling], direction: &Direction, (left, price): (f64, f64)) -> (f64, f64) {
+/// The longest steps, at most 1, that stay strictly feasible, where `left` is the unused budget.
+fn longest_steps(scalings: &[Scaling], direction: &Direction, left: f64, price: f64) -> (f64, f64) {
     let (mut primal, mut dual) = (-direction.budget / left, -direction.price / price);
     for (t, s) in scalings.iter().enumerate() {
         let scaled = |m: Dense| {

@@ -103,7 +103,7 @@ pub fn minimum_information_within(
     }
     let of = |settings: &BoundSettings| {
         let (chain, found, budget) = place(horizon, cost, settings, None)?;
-        Ok::<_, Error>(solution((horizon, spread), &chain, found, (cost, budget)))
+        Ok::<_, Error>(solution(horizon, spread, &chain, found, cost, budget))
     };
     let mut best = of(settings)?;
     let rate = best.nats / horizon.steps() as f64;
@@ -240,10 +240,12 @@ pub(super) fn covariances(horizon: &Horizon, chain: &Chain, found: &Found) -> (M
 
 /// The result, in the coordinates of the horizon.
 fn solution(
-    (horizon, spread): (&Horizon, &Spread),
+    horizon: &Horizon,
+    spread: &Spread,
     chain: &Chain,
     found: Found,
-    (asked, budget): (f64, f64),
+    asked: f64,
+    budget: f64,
 ) -> MinimumInformation {
     let (predicted, posterior) = covariances(horizon, chain, &found);
     let spent: f64 = found.local.iter().map(|at| at.price.trace()).sum();
@@ -254,7 +256,7 @@ fn solution(
     let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
     let witnesses: [&dyn Fn() -> Witness; 2] =
         [&|| Witness::new(chain, &found, budget), &|| Witness::settled(chain, &found, budget)];
-    let lower = Lower::of_horizon((horizon, spread), asked, &Attempt { nats: total, witnesses });
+    let lower = Lower::of_horizon(horizon, spread, asked, &Attempt { nats: total, witnesses });
     let (lower, nats) = lower.beside(kept, total);
     per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);
     MinimumInformation {

@@ -44,7 +44,7 @@ fn unpack(v: &[f64], n: usize) -> Dense {
 /// Adds `factor` times row `(i, j)` of the symmetric Kronecker product of `u` (theory, equation L.8), only its packed
 /// columns from triangle row `from` on: the row that maps `d` to entry `(i, j)` of `u d u'`. `u` is given by its rows.
 #[inline(always)]
-fn add_kronecker_row(out: &mut [f64], factor: f64, (left, right): (&[f64], &[f64]), from: usize) {
+fn add_kronecker_row(out: &mut [f64], factor: f64, [left, right]: [&[f64]; 2], from: usize) {
     let mut start = packed(from);
     for k in from..left.len() {
         let (lk, rk) = (factor * left[k], factor * right[k]);
@@ -83,13 +83,14 @@ impl Newton {
         local: &[Local],
         scalings: &[Scaling],
         gradients: &[Dense],
-        (barrier, weight): (f64, f64),
+        barrier: f64,
+        weight: f64,
     ) -> Result<(Vec<Dense>, f64), usize> {
         for t in 0..local.len() {
             if halt::is_requested() {
                 return Err(t);
             }
-            self.assemble(chain, t, (local, scalings), barrier);
+            self.assemble(chain, local, scalings, t, barrier);
             self.set_sides(t, &gradients[t], &local[t].price);
         }
         self.band.solve(&mut self.out)?;
@@ -111,7 +112,7 @@ impl Newton {
     }
 
     /// Writes block row `t` (theory, equation L.7).
-    fn assemble(&mut self, chain: &Chain, t: usize, (local, scalings): (&[Local], &[Scaling]), barrier: f64) {
+    fn assemble(&mut self, chain: &Chain, local: &[Local], scalings: &[Scaling], t: usize, barrier: f64) {
         let n = self.orders[t];
         let here = &scalings[t].metric;
         let next = chain.next(t).map(|next| {
@@ -159,7 +160,7 @@ impl Newton {
 }
 
 /// Columns `i` and `j`.
-fn rows(a: &Dense, i: usize, j: usize) -> (&[f64], &[f64]) {
+fn rows(a: &Dense, i: usize, j: usize) -> [&[f64]; 2] {
     let n = a.nrows();
-    (&a.as_slice()[i * n..(i + 1) * n], &a.as_slice()[j * n..(j + 1) * n])
+    [i, j].map(|row| &a.as_slice()[row * n..(row + 1) * n])
 }

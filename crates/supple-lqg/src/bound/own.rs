@@ -97,7 +97,7 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
         price: dense(&problem.price, 0).dot(&congruence(&uncertain, &correction.corrected)).max(0.0),
         // Rounding of a state that is known must not become less than no information.
         measurement_nats: (log(&correction.innovation_factor) - log(of_noise.l_dirty())).max(0.0),
-        control_nats: control_nats(problem, (knots, noise), &congruence(&uncertain, &next))?,
+        control_nats: control_nats(problem, knots, noise, &congruence(&uncertain, &next))?,
     }))
 }
 
@@ -170,11 +170,7 @@ impl Filter<'_> {
 }
 
 /// `DI(x -> u)` per step: from the end of ever longer horizons with the steady filter and regulator, until it settles.
-fn control_nats(
-    problem: &Stationary,
-    (knots, given): (&Knots, &Noise),
-    predicted: &Dense,
-) -> Result<Option<f64>, Error> {
+fn control_nats(problem: &Stationary, knots: &Knots, given: &Noise, predicted: &Dense) -> Result<Option<f64>, Error> {
     let size = knots.dimensions;
     let (f, l) = (dense(&knots.dynamics, 0), dense(&knots.cost, 0));
     let (n, m, joint) = (size.states, size.controls, size.joint());

@@ -100,8 +100,15 @@ impl Lower {
         best
     }
 
+    /// The greater of two lower bounds; if only one is proved, that one.
+    pub fn or(self, other: Self) -> Self {
+        let is_proved = |one: &Self| matches!(one.proof, Proof::Proved { .. });
+        let first = is_proved(&self) && self.nats >= other.nats || !is_proved(&other);
+        if first { self } else { other }
+    }
+
     /// Over a horizon with the error `spread`.
-    pub fn of_horizon((horizon, spread): (&Horizon, &Spread), cost: f64, attempt: &Attempt) -> Self {
+    pub fn of_horizon(horizon: &Horizon, spread: &Spread, cost: f64, attempt: &Attempt) -> Self {
         let [below, above] = spread.least;
         let least = Interval::point(horizon.base_cost) + Interval { low: -below, high: above };
         let mut stages = stages(horizon);

@@ -3,7 +3,7 @@
 use supple_kernels::Matrices;
 
 use super::horizon::{Horizon, Stationary};
-use super::proof::{Achieved, Proof};
+use super::proof::{Achieved, Lower, Proof};
 use super::sensitivity::{Sensitivity, Worth};
 use super::settings::BoundStatus;
 use super::virtual_sensor::VirtualSensor;
@@ -86,9 +86,13 @@ fn is_tight(nats: f64, lower_nats: f64) -> bool {
 }
 
 impl MinimumInformation {
+    fn lower(&self) -> Lower {
+        Lower { nats: self.lower_nats, proof: self.proof.clone() }
+    }
+
     /// Keeps the better of each bound of two solutions.
     pub(super) fn beside(self, other: Self) -> Self {
-        let (lower_nats, proof) = better((self.lower_nats, &self.proof), (other.lower_nats, &other.proof));
+        let Lower { nats: lower_nats, proof } = self.lower().or(other.lower());
         let best = if other.nats <= self.nats && other.achieved.is_some() { other } else { self };
         Self { nats: best.nats.max(lower_nats), lower_nats, proof, ..best }
     }
@@ -100,18 +104,14 @@ impl MinimumInformation {
     }
 }
 
-/// The greater of two lower bounds; if only one is proved, that one.
-fn better(one: (f64, &Proof), other: (f64, &Proof)) -> (f64, Proof) {
-    let is_proved = |proof: &Proof| matches!(proof, Proof::Proved { .. });
-    let first = is_proved(one.1) && (one.0 >= other.0 || !is_proved(other.1)) || !is_proved(other.1);
-    let (nats, proof) = if first { one } else { other };
-    (nats, proof.clone())
-}
-
 impl StationaryMinimum {
+    fn lower(&self) -> Lower {
+        Lower { nats: self.lower_nats, proof: self.proof.clone() }
+    }
+
     /// Keeps the better of each bound of two solutions.
     pub(super) fn beside(self, other: Self) -> Self {
-        let (lower_nats, proof) = better((self.lower_nats, &self.proof), (other.lower_nats, &other.proof));
+        let Lower { nats: lower_nats, proof } = self.lower().or(other.lower());
         let best = if other.nats <= self.nats && other.achieved.is_some() { other } else { self };
         Self { nats: best.nats.max(lower_nats), lower_nats, proof, ..best }
     }

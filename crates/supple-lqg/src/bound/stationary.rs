@@ -115,7 +115,7 @@ impl Seeking<'_> {
         let finer = self.best.as_ref().map_or(*self.settings, |found| finer(found.nats, self.settings));
         let found = match halt::is_requested() {
             true => Err(Error::Stopped),
-            false => at(self.system, self.cost, share * self.budget, (starts, &mut self.near), &finer),
+            false => at(self.system, self.cost, share * self.budget, starts, &mut self.near, &finer),
         };
         let ended = found.as_ref().is_ok_and(|found| found.status == BoundStatus::Converged);
         let before = std::mem::replace(&mut self.best, Err(Error::Stopped));
@@ -156,7 +156,8 @@ fn at(
     system: &Stationary,
     cost: f64,
     budget: f64,
-    (starts, near): (&[f64], &mut Option<Nearby>),
+    starts: &[f64],
+    near: &mut Option<Nearby>,
     settings: &BoundSettings,
 ) -> Result<StationaryMinimum, Error> {
     let n = system.dynamics.rows();

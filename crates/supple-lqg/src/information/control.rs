@@ -71,7 +71,7 @@ fn check_shapes(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) 
     knots.check_shapes()?;
     noise.check_shapes(dimensions, steps)?;
     belief.check_shapes(dimensions, steps)?;
-    policy.check_shapes((dimensions.states, dimensions.controls), steps)
+    policy.check_shapes(dimensions, steps)
 }
 
 struct Sweep<'a> {
@@ -92,7 +92,7 @@ impl Job for Sweep<'_> {
         let mut means = Means::new(knots.dimensions);
         let mut all = Vec::with_capacity(knots.steps());
         for t in 0..knots.steps() {
-            means.measure::<L>((knots, belief, noise), t)?;
+            means.measure::<L>(knots, belief, noise, t)?;
             let before = kept.is_some().then(|| means.factors());
             all.push(means.tell::<L>(&policy.feedback, t));
             if !all[t].is_finite() {
@@ -165,7 +165,7 @@ impl Means {
 
     /// Propagates to the mean after the measurement at `t` (theory, equation I.7).
     #[inline(always)]
-    fn measure<L: Lanes>(&mut self, (knots, belief, noise): (&Knots, &Belief, &Noise), t: usize) -> Result<(), Error> {
+    fn measure<L: Lanes>(&mut self, knots: &Knots, belief: &Belief, noise: &Noise, t: usize) -> Result<(), Error> {
         let Dimensions { states: n, measurements: p, .. } = self.dimensions;
         let (narrow, small) = (padded(n), padded(p));
         let gain = View::new(belief.gain_transposed.at(t), narrow);
@@ -294,7 +294,7 @@ impl Telling {
     /// column. Returns the variance that the control had.
     #[inline(always)]
     fn condition<L: Lanes>(&mut self, row: &[f64], a: usize) -> f64 {
-        let variance = self.factor.bring_first::<L>(self.out, (&mut self.seen, a));
+        let variance = self.factor.bring_first::<L>(self.out, &mut self.seen, a);
         if variance > 0.0 {
             self.out += 1;
             self.rounding.grow(row, variance);

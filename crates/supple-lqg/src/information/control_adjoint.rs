@@ -48,9 +48,9 @@ pub fn add_control_partials(
     let n = knots.dimensions.states;
     let mut after = [Dense::zeros(n, n), Dense::zeros(n, n)];
     for t in (0..steps.len()).rev() {
-        let here = before_telling(&steps[t], &dense(&policy.feedback, t), (weight, after), (out, t));
-        after =
-            before_measuring((knots, belief, noise), (t, t.checked_sub(1).map(|before| &steps[before])), here, out)?;
+        let here = before_telling(&steps[t], &dense(&policy.feedback, t), weight, after, t, out);
+        let given = t.checked_sub(1).map(|before| &steps[before]);
+        after = before_measuring(knots, belief, noise, t, given, here, out)?;
     }
     Ok(steps.iter().map(|step| step.nats).sum())
 }
@@ -59,8 +59,10 @@ pub fn add_control_partials(
 fn before_telling(
     step: &Told,
     feedback: &Dense,
-    (weight, after): (f64, [Dense; 2]),
-    (out, t): (&mut Partials, usize),
+    weight: f64,
+    after: [Dense; 2],
+    t: usize,
+    out: &mut Partials,
 ) -> [Dense; 2] {
     if step.controls.is_empty() {
         return after;
@@ -93,8 +95,11 @@ fn before_telling(
 /// Adjoints of `N^a` and `N^b` after the previous controls, from those after the measurement at `t`; `given` is the
 /// conditioning step of these controls.
 fn before_measuring(
-    (knots, belief, noise): (&Knots, &Belief, &Noise),
-    (t, given): (usize, Option<&Told>),
+    knots: &Knots,
+    belief: &Belief,
+    noise: &Noise,
+    t: usize,
+    given: Option<&Told>,
     [by_told, by_both]: [Dense; 2],
     out: &mut Partials,
 ) -> Result<[Dense; 2], Error> {

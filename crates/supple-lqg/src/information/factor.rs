@@ -76,7 +76,7 @@ impl Factor {
             let (rows, normal) = (&mut self.rows[j * stride..count * stride], &mut self.normal[..count - j]);
             normal.iter_mut().zip(rows.chunks_exact(stride)).for_each(|(entry, row)| *entry = row[j]);
             let Some(Reflection { moved_to, scale }) = Reflection::to_first(normal) else { continue };
-            reflect::<L>(rows, (stride, j - j % LANES), (normal, scale), &mut self.along);
+            reflect::<L>(ViewMut::new(rows, stride), j - j % LANES, normal, scale, &mut self.along);
             rows.chunks_exact_mut(stride).for_each(|row| row[j] = 0.0);
             rows[j] = moved_to;
         }
@@ -85,14 +85,15 @@ impl Factor {
     /// Rotates columns from `first` on so that only the first of them affects a row `k`; column `a` of `seen` holds `G' k'`.
     /// Rotates `seen` with them. Returns the variance that `k` has through these columns, 0 if they do not affect it.
     #[inline(always)]
-    pub fn bring_first<L: Lanes>(&mut self, first: usize, (seen, a): (&mut [f64], usize)) -> f64 {
+    pub fn bring_first<L: Lanes>(&mut self, first: usize, seen: &mut [f64], a: usize) -> f64 {
         let (stride, count) = (self.stride, self.count);
         let width = seen.len() / self.normal.len();
         let (seen, normal) = (&mut seen[first * width..count * width], &mut self.normal[..count - first]);
         normal.iter_mut().zip(seen.chunks_exact(width)).for_each(|(entry, row)| *entry = row[a]);
         let Some(Reflection { moved_to, scale }) = Reflection::to_first(normal) else { return 0.0 };
-        reflect::<L>(&mut self.rows[first * stride..count * stride], (stride, 0), (normal, scale), &mut self.along);
-        reflect::<L>(seen, (width, 0), (normal, scale), &mut self.along);
+        let rows = ViewMut::new(&mut self.rows[first * stride..count * stride], stride);
+        reflect::<L>(rows, 0, normal, scale, &mut self.along);
+        reflect::<L>(ViewMut::new(seen, width), 0, normal, scale, &mut self.along);
         moved_to * moved_to
     }
 
@@ -185,12 +186,8 @@ impl Reflection {
 
 /// Reflects whole rows, from a column on that is a multiple of the lanes.
 #[inline(always)]
-fn reflect<L: Lanes>(
-    rows: &mut [f64],
-    (stride, column): (usize, usize),
-    (normal, scale): (&[f64], f64),
-    along: &mut [f64],
-) {
+fn reflect<L: Lanes>(rows: ViewMut, column: usize, normal: &[f64], scale: f64, along: &mut [f64]) {
+    let ViewMut { numbers: rows, stride } = rows;
     let along = &mut along[..stride - column];
     combine::<L, Long>(along, None, scale, normal, View::new(&rows[column..], stride));
     for (row, entry) in rows.chunks_exact_mut(stride).zip(normal) {

@@ -84,7 +84,7 @@ impl BoxQp {
     /// Reduces rows `[Q_uu | Q_ux | Q_u]` to the free controls, moved up: `[U | Q_fx | Q_f + H_fc k_c]`,
     /// with `H_ff = U'U` and the reciprocals of its diagonal; returns their number. `Q_ux`, of n columns, begins at column
     /// `first`.
-    pub fn keep_free(&self, rows: ViewMut, (first, n): (usize, usize), reciprocals: &mut [f64]) -> usize {
+    pub fn keep_free(&self, rows: ViewMut, first: usize, n: usize, reciprocals: &mut [f64]) -> usize {
         let (m, ViewMut { numbers, stride }) = (self.linear.len(), rows);
         let (factor, width) = (self.factor.at(0), self.factor.stride());
         for (i, &a) in self.free.iter().enumerate() {
@@ -271,7 +271,7 @@ mod tests {
             let (width, stride, narrow) = (hessian.stride(), gains.stride(), feedback.stride());
             qp.find(Limits::Bounds(&bounds, &controls), 0, View::new(hessian.at(0), width), &linear).unwrap();
             let mut reciprocals = [0.0; 16];
-            let free = qp.keep_free(ViewMut::new(gains.at_mut(0), stride), (first, n), &mut reciprocals);
+            let free = qp.keep_free(ViewMut::new(gains.at_mut(0), stride), first, n, &mut reciprocals);
             dispatch(Solve(ViewMut::new(gains.at_mut(0), stride), free, (first, stride - first), &reciprocals));
             qp.give(View::new(&gains.at(0)[first..], stride), n, ViewMut::new(feedback.at_mut(0), narrow), &mut k);
             let h = |a: usize, b: usize| hessian.get(0, a, b);

@@ -30,7 +30,7 @@ impl<R: Rows> Job for Follow<'_, R> {
         let Self { shape, t, lq, policy } = self;
         take_gains::<L, R>(shape, policy);
         policy.products.keep_controls::<L, R>(shape, policy.gain.at(0));
-        regularise::<L, R>(shape, lq.regularisation, (lq.dynamics.at(t), t + 1), policy);
+        regularise::<L, R>(shape, lq.regularisation, lq.dynamics.at(t), t + 1, policy);
         find_gains::<L, R>(shape, t, lq, policy)?;
         Ok(cost_to_go::<L, R>(shape, t, lq.with_value, policy))
     }
@@ -38,7 +38,7 @@ impl<R: Rows> Job for Follow<'_, R> {
 
 /// Adds the regularisation of the gains to `Q_uu` and `Q_ux`, from `F` and the next `S`.
 #[inline(always)]
-fn regularise<L: Lanes, R: Rows>(shape: Shape<R>, by: Regularisation, (f, next): (&[f64], usize), policy: &mut Policy) {
+fn regularise<L: Lanes, R: Rows>(shape: Shape<R>, by: Regularisation, f: &[f64], next: usize, policy: &mut Policy) {
     let Shape { n, m, .. } = shape;
     let (narrow, wide, small, (first, stride)) = (shape.narrow(), shape.wide(), shape.of_controls(), shape.gains());
     let Policy { curvature, gain, products, .. } = policy;
@@ -84,7 +84,7 @@ fn find_gains<L: Lanes, R: Rows>(shape: Shape<R>, t: usize, lq: Lq, policy: &mut
         return Ok(());
     };
     box_qp.find(limits, t, View::new(gain, stride), &q_slope.vector(0)[n..])?;
-    let free = box_qp.keep_free(ViewMut::new(gain, stride), (first, n), reciprocals.at_mut(0));
+    let free = box_qp.keep_free(ViewMut::new(gain, stride), first, n, reciprocals.at_mut(0));
     let beside = (first, stride - first);
     solve_lower_beside::<L, R>(ViewMut::new(gain, stride), free, beside, reciprocals.at(0));
     solve_upper_beside::<L, R>(ViewMut::new(gain, stride), free, beside, reciprocals.at(0));

@@ -4,6 +4,7 @@ use super::limits::Limits;
 use super::policy::Policy;
 use crate::Error;
 use crate::given::{COST, Given, check_count, check_some};
+use crate::knots::Dimensions;
 
 /// The problem of a sweep.
 ///
@@ -29,7 +30,7 @@ impl Lq<'_> {
         check_some("the state", n)?;
         check_some("the control", joint.saturating_sub(n))?;
         Given { what: COST, array: self.cost, shape: (joint, joint + 1), count: steps + 1 }.check_shape()?;
-        policy.check_shapes((n, joint - n), steps)?;
+        policy.check_shapes(Dimensions { states: n, controls: joint - n, measurements: 0 }, steps)?;
         match self.limits {
             None => Ok(()),
             Some(Limits::Held(held)) => check_count("the list of held controls", held.len(), steps * (joint - n)),

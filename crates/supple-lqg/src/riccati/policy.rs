@@ -89,7 +89,8 @@ impl Policy {
     }
 
     /// Whether its arrays are of `steps` steps and these sizes.
-    pub(crate) fn check_shapes(&self, (n, m): (usize, usize), steps: usize) -> Result<(), Error> {
+    pub(crate) fn check_shapes(&self, dimensions: Dimensions, steps: usize) -> Result<(), Error> {
+        let Dimensions { states: n, controls: m, .. } = dimensions;
         Given { what: "the policy's feedback", array: &self.feedback, shape: (m, n), count: 0 }.check_shape()?;
         check_count("the policy", self.feedback.count(), steps)
     }

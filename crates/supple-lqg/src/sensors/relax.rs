@@ -94,7 +94,7 @@ impl Region {
     }
 
     /// `min p'z` over the region where `offset + g'z <= 0`, from below; infinite if there is no such point.
-    fn least_price(&self, (offset, g): (f64, &[f64]), prices: &[f64]) -> f64 {
+    fn least_price(&self, offset: f64, g: &[f64], prices: &[f64]) -> f64 {
         let held: f64 = self.held().map(|one| prices[one]).sum();
         let offset = offset + self.held().map(|one| g[one]).sum::<f64>();
         let free = self.free();
@@ -152,7 +152,7 @@ impl Relaxing<'_> {
         let margin = ROUNDING * size + rounding;
         let bound = match self.goal {
             Goal::LeastPrice { cost } => {
-                self.region.least_price((merit - along - cost - margin, &gradient), &self.prices)
+                self.region.least_price(merit - along - cost - margin, &gradient, &self.prices)
             }
             _ => merit - along + self.region.least(&gradient, &self.prices) - margin,
         };

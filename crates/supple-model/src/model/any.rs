@@ -42,7 +42,8 @@ pub trait AnyModel {
     /// Names and units of states, controls and measurements.
     fn channels(&self) -> Channels;
     /// The model with its costs and the recorded quantities, for solvers.
-    fn system(&self, terms: (Vec<Cost>, Vec<Followed>), time_step: Value, parameters: usize) -> Arc<dyn System>;
+    fn system(&self, costs: Vec<Cost>, followed: Vec<Followed>, time_step: Value, parameters: usize)
+    -> Arc<dyn System>;
     /// The same model with other measurements.
     fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel>;
     /// Its measurements, if they replace its own.

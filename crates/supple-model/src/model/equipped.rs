@@ -60,7 +60,7 @@ impl<S> Default for Last<'_, S> {
 }
 
 impl<'q, S: Scalar> Last<'q, S> {
-    fn value(&mut self, quantity: &'q Quantity, entry: usize, (at, known): (&Point<S>, &Known<S>)) -> S {
+    fn value(&mut self, quantity: &'q Quantity, entry: usize, at: &Point<S>, known: &Known<S>) -> S {
         if !self.quantity.is_some_and(|last| std::ptr::eq(last, quantity)) {
             *self = Self { quantity: Some(quantity), values: quantity.values(at, known) };
         }
@@ -86,7 +86,7 @@ impl<M: ModelFile> Model for Equipped<M> {
         let known = Known { signals: &signals, next, early: &[] };
         let mut last = Last::default();
         for (recalled, (quantity, entry)) in recalled.iter_mut().zip(all()) {
-            *recalled = last.value(quantity, entry, (at, &known));
+            *recalled = last.value(quantity, entry, at, &known);
         }
     }
 
@@ -108,7 +108,7 @@ impl<M: ModelFile> Model for Equipped<M> {
             *y = match entry {
                 Entry::Own(row) => own[*row],
                 Entry::Of(..) if entry.of_last_step().is_some() => recalled.next().copied().unwrap_or_else(S::zero),
-                Entry::Of(quantity, entry) => last.value(quantity, *entry, (at, &known)),
+                Entry::Of(quantity, entry) => last.value(quantity, *entry, at, &known),
                 Entry::Sum(factors) => {
                     let terms = factors.iter().zip(at.x).filter(|(factor, _)| !factor.is_zero());
                     terms.fold(S::zero(), |sum, (&factor, &x)| at.value(factor).mul_add(x, sum))
@@ -271,7 +271,8 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     }
     fn system(
         &self,
-        (costs, followed): (Vec<Cost>, Vec<Followed>),
+        costs: Vec<Cost>,
+        followed: Vec<Followed>,
         time_step: Value,
         parameters: usize,
     ) -> Arc<dyn System> {
@@ -327,7 +328,8 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn system(
         &self,
-        (costs, followed): (Vec<Cost>, Vec<Followed>),
+        costs: Vec<Cost>,
+        followed: Vec<Followed>,
         time_step: Value,
         parameters: usize,
     ) -> Arc<dyn System> {

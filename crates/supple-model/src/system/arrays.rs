@@ -130,8 +130,8 @@ impl Arrays {
         let parts = [Some(Q), S.as_ref(), Some(R), q.as_ref(), r.as_ref()];
         let mut cost = together(&parts, steps, joint, joint + 1);
         for t in 0..cost.count() {
-            write_symmetric(&mut cost, t, 0, (Q, t));
-            write_symmetric(&mut cost, t, n, (R, t));
+            write_symmetric(&mut cost, t, 0, Q, t);
+            write_symmetric(&mut cost, t, n, R, t);
             if let Some(cross) = S {
                 for (i, a) in (0..n).flat_map(|i| (0..joint - n).map(move |a| (i, a))) {
                     let weight = 2.0 * cross.get(t, i, a);
@@ -152,7 +152,7 @@ impl Arrays {
         let mut last = Matrices::constant(joint, joint + 1);
         let end = |array: &Matrices| array.count() - 1;
         let weights = self.QN.as_ref().unwrap_or(&self.Q);
-        write_symmetric(&mut last, 0, 0, (weights, end(weights)));
+        write_symmetric(&mut last, 0, 0, weights, end(weights));
         if let Some(vectors) = self.qN.as_ref().or(self.q.as_ref()) {
             let entries = vectors.vector(end(vectors)).iter().enumerate();
             entries.for_each(|(i, &entry)| last.set(0, i, joint, entry));
@@ -175,7 +175,7 @@ fn write(out: &mut Matrices, t: usize, col: usize, from: &Matrices) {
 }
 
 /// Writes the second derivative of `x'Mx`, `M + M'`, into a part on the diagonal.
-fn write_symmetric(out: &mut Matrices, t: usize, first: usize, (from, index): (&Matrices, usize)) {
+fn write_symmetric(out: &mut Matrices, t: usize, first: usize, from: &Matrices, index: usize) {
     for (i, j) in (0..from.rows()).flat_map(|i| (0..from.rows()).map(move |j| (i, j))) {
         out.set(t, first + i, first + j, from.get(index, i, j) + from.get(index, j, i));
     }

@@ -206,13 +206,15 @@ impl<M: Model> Authored<M> {
     /// [`write_quadratics_of_next`](Self::write_quadratics_of_next).
     fn write_quadratics(
         &self,
-        (at, phi): (Points, &[f64]),
-        (curvature, after): (Curvature, Option<&Matrices>),
+        at: Points,
+        phi: &[f64],
+        curvature: Curvature,
+        after: Option<&Matrices>,
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
         if self.gives_next {
-            self.write_quadratics_of_next((at, phi), (curvature, after), out, scratch);
+            self.write_quadratics_of_next(at, phi, curvature, after, out, scratch);
         }
         let cells = &self.programs.cost_quadratic[which(curvature)];
         for (last, batch) in self.parts_of_cost(&at) {
@@ -249,7 +251,9 @@ impl<M: Model> Authored<M> {
     /// Adds the second derivatives of `lambda' f` of an integration step with respect to `z`, given the costates `after`.
     pub(super) fn add_step_curvature(
         &self,
-        (at, phi, after): (Points, &[f64], Source),
+        at: Points,
+        phi: &[f64],
+        after: Source,
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
@@ -342,12 +346,12 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
-        step_repeatedly((self.step_program(), self.substeps), at, phi, next, scratch);
+        step_repeatedly(self.step_program(), self.substeps, at, phi, next, scratch);
     }
 
     fn step_part(&self, parts: usize, at: Points, phi: &[f64], next: &mut Matrices, scratch: &mut Scratch) {
         let phi = self.with_time_step(phi, self.time_step.resolve::<f64>(phi) / parts as f64);
-        step_repeatedly((self.step_over_program(), self.substeps), at, &phi, next, scratch);
+        step_repeatedly(self.step_over_program(), self.substeps, at, &phi, next, scratch);
     }
 
     fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
@@ -436,7 +440,7 @@ impl<M: Model> System for Authored<M> {
             return program.run(batch, (&[x, u], &phi), (Some(out), &mut []), scratch);
         }
         let mut next = Matrices::vectors(at.stages, self.size.states);
-        step_repeatedly((self.step_over_program(), self.substeps), at, &phi, &mut next, scratch);
+        step_repeatedly(self.step_over_program(), self.substeps, at, &phi, &mut next, scratch);
         program.run(batch, (&[x, u, (&next).into()], &phi), (Some(out), &mut []), scratch);
     }
 
@@ -528,7 +532,7 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        self.write_quadratics((at, phi), (curvature, None), out, scratch);
+        self.write_quadratics(at, phi, curvature, None, out, scratch);
         if curvature == Curvature::GaussNewton && !self.has_smooth_gauss_newton() {
             make_convex(out, self.size.joint());
         }
@@ -543,9 +547,9 @@ impl<M: Model> System for Authored<M> {
         scratch: &mut Scratch,
     ) {
         if self.is_divided() {
-            return self.add_curvature_divided((at, phi, costates), out, scratch);
+            return self.add_curvature_divided(at, phi, costates, out, scratch);
         }
-        self.add_step_curvature((at, phi, after(costates)), out, scratch);
+        self.add_step_curvature(at, phi, after(costates), out, scratch);
     }
 
     fn lagrangian_quadratics(
@@ -558,7 +562,7 @@ impl<M: Model> System for Authored<M> {
     ) {
         // If costs take the next state, one evaluation of the step's second derivatives serves both the given costates and
         // those that originate from the cost.
-        self.write_quadratics((at, phi), (Curvature::Exact, Some(costates)), out, scratch);
+        self.write_quadratics(at, phi, Curvature::Exact, Some(costates), out, scratch);
         if !self.gives_next {
             self.add_dynamics_curvature(at, phi, costates, out, scratch);
         }
@@ -582,9 +586,9 @@ impl<M: Model> System for Authored<M> {
         if self.is_divided() {
             let steps = self.step_of(phi).divide(at, Batch { first: 0, count: at.stages }, scratch);
             let costates = steps.costates(costates, 0);
-            return Some(CurvatureProducts::of_substeps(programs, sizes, (steps, phi, costates), scratch));
+            return Some(CurvatureProducts::of_substeps(programs, sizes, steps, phi, costates, scratch));
         }
-        Some(CurvatureProducts::new(programs, sizes, (at, phi, costates), scratch))
+        Some(CurvatureProducts::new(programs, sizes, at, phi, costates, scratch))
     }
 
     fn has_smooth_gauss_newton(&self) -> bool {
@@ -603,10 +607,9 @@ impl<M: Model> System for Authored<M> {
         let programs = &self.programs;
         let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints.knots;
         if self.gives_next && *has_cost {
-            let adjoints = (dynamics, cost, adjoints.curvature);
-            self.contract_with_next((at, phi), adjoints, joint, parameters, scratch);
+            self.contract_with_next(at, phi, adjoints, joint, parameters, scratch);
         } else if self.is_composed() {
-            self.contract_composed((at, phi, dynamics), joint, parameters, scratch);
+            self.contract_composed(at, phi, dynamics, joint, parameters, scratch);
         }
         let [x, u] = at_points(at);
         let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
@@ -651,7 +654,7 @@ impl<M: Model> System for Authored<M> {
             program.run(batch, (&sources, phi), (None, parameters), scratch);
         }
         if self.is_composed() {
-            self.add_gradient_composed((at, phi, costates), variation, parameters, scratch);
+            self.add_gradient_composed(at, phi, costates, variation, parameters, scratch);
         }
     }
 }

@@ -1,36 +1,23 @@
 //! Enforced limits of authored models.
 
-use std::sync::OnceLock;
-
-use supple_kernels::graph::{Program, Source};
+use supple_kernels::graph::Batch;
 use supple_kernels::{Matrices, Scratch};
 
 use super::authored::Authored;
 use super::batch::{at_points, parts, weighed};
 use super::kept::Kept;
-use super::programs::{Recorder, excess_source};
+use super::programs::excess_source;
 use super::{Constraints, ExcessVariation, KeptEnd, Points};
 use crate::followed::{Followed, LimitEnd};
 use crate::{Channel, Model};
 
 impl<M: Model> Authored<M> {
-    /// Runs a program of stages, unless their excesses take the next state, and that of the end, each recorded when it is first
-    /// asked for, where any of the weights of a point, if there are weights, is not 0.
-    fn run_kept(
-        &self,
-        (cells, record): (&[OnceLock<Program>; 2], impl Fn(&Recorder<M>, bool) -> Program),
-        (at, weights): (Points, &[&Matrices]),
-        (sources, phi): (&[Source], &[f64]),
-        (mut out, sums): (Option<&mut Matrices>, &mut [f64]),
-        scratch: &mut Scratch,
-    ) {
+    /// Batches of stages, unless their excesses take the next state, and of the end, which is marked; if there are
+    /// weights, only where any weight of a point is not 0.
+    fn kept_batches(&self, at: &Points, weights: &[&Matrices]) -> impl Iterator<Item = (bool, Batch)> {
         let gives_next = self.kept.as_ref().is_some_and(|kept| kept.ends.need_next());
-        for (last, batch) in parts(&at).into_iter().filter(|(last, batch)| batch.count > 0 && (*last || !gives_next)) {
-            for batch in weighed(batch, weights) {
-                let program = cells[usize::from(last)].get_or_init(|| record(&self.recorder(), last));
-                program.run(batch, (sources, phi), (out.as_deref_mut(), &mut *sums), scratch);
-            }
-        }
+        let parts = parts(at).into_iter().filter(move |(last, batch)| batch.count > 0 && (*last || !gives_next));
+        parts.flat_map(|(last, batch)| weighed(batch, weights).into_iter().map(move |batch| (last, batch)))
     }
 }
 
@@ -53,10 +40,12 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, excesses, .. } = kept;
         if ends.need_next() {
-            self.write_excesses_of_next(kept, (at, phi), out, scratch);
+            self.write_excesses_of_next(kept, at, phi, out, scratch);
         }
-        let program = (excesses, |recorder: &Recorder<M>, last| recorder.excesses(ends, last));
-        self.run_kept(program, (at, &[]), (&at_points(at), phi), (Some(out), &mut []), scratch);
+        for (last, batch) in self.kept_batches(&at, &[]) {
+            let program = self.program(&excesses[usize::from(last)], |r| r.excesses(ends, last));
+            program.run(batch, (&at_points(at), phi), (Some(&mut *out), &mut []), scratch);
+        }
         for i in at.stages..at.count() {
             let undefined = out.vector_mut(i).iter_mut().zip(&ends.of_control).filter(|(_, of_control)| **of_control);
             undefined.for_each(|(excess, _)| *excess = f64::NEG_INFINITY);
@@ -78,10 +67,12 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, jacobian, .. } = kept;
         if ends.need_next() {
-            self.write_excess_jacobians_of_next(kept, (at, multipliers), phi, out, scratch);
+            self.write_excess_jacobians_of_next(kept, at, multipliers, phi, out, scratch);
         }
-        let program = (jacobian, |recorder: &Recorder<M>, last| recorder.excess_jacobian(ends, last));
-        self.run_kept(program, (at, &[multipliers]), (&at_points(at), phi), (Some(out), &mut []), scratch);
+        for (last, batch) in self.kept_batches(&at, &[multipliers]) {
+            let program = self.program(&jacobian[usize::from(last)], |r| r.excess_jacobian(ends, last));
+            program.run(batch, (&at_points(at), phi), (Some(&mut *out), &mut []), scratch);
+        }
     }
 
     fn add_excess_curvature(
@@ -95,12 +86,14 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, curvature, .. } = kept;
         if ends.need_next() {
-            self.add_excess_curvature_of_next(kept, (at, multipliers), phi, out, scratch);
+            self.add_excess_curvature_of_next(kept, at, multipliers, phi, out, scratch);
         }
-        let program = (curvature, |recorder: &Recorder<M>, last| recorder.excess_curvature(ends, last));
         let [x, u] = at_points(at);
         let sources = [x, u, x, multipliers.into()];
-        self.run_kept(program, (at, &[multipliers]), (&sources, phi), (Some(out), &mut []), scratch);
+        for (last, batch) in self.kept_batches(&at, &[multipliers]) {
+            let program = self.program(&curvature[usize::from(last)], |r| r.excess_curvature(ends, last));
+            program.run(batch, (&sources, phi), (Some(&mut *out), &mut []), scratch);
+        }
     }
 
     fn add_excess_parameter_gradient(
@@ -115,24 +108,28 @@ impl<M: Model> Constraints for Authored<M> {
         let Some(kept) = &self.kept else { return };
         let Kept { ends, parameter_gradient, parameter_gradient_along, .. } = kept;
         if ends.need_next() {
-            self.add_excess_gradient_of_next(kept, (at, multipliers), (variation, phi), parameters, scratch);
+            self.add_excess_gradient_of_next(kept, (at, multipliers), variation, phi, parameters, scratch);
         }
         let [x, u] = at_points(at);
         match variation {
             None => {
-                let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient(ends, last);
                 let sources = [x, u, x, multipliers.into()];
-                let program = (parameter_gradient, record);
-                self.run_kept(program, (at, &[multipliers]), (&sources, phi), (None, parameters), scratch);
+                for (last, batch) in self.kept_batches(&at, &[multipliers]) {
+                    let cell = &parameter_gradient[usize::from(last)];
+                    let program = self.program(cell, |r| r.excess_parameter_gradient(ends, last));
+                    program.run(batch, (&sources, phi), (None, &mut *parameters), scratch);
+                }
             }
             Some(moved) => {
-                let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient_along(ends, last);
                 let mut sources = [x, u, x, x, x, x];
                 sources[excess_source::MULTIPLIERS] = multipliers.into();
                 sources[excess_source::VARIATION] = moved.joint.into();
                 sources[excess_source::MULTIPLIER_VARIATION] = moved.multipliers.into();
-                let (program, weights) = ((parameter_gradient_along, record), [multipliers, moved.multipliers]);
-                self.run_kept(program, (at, &weights), (&sources, phi), (None, parameters), scratch);
+                for (last, batch) in self.kept_batches(&at, &[multipliers, moved.multipliers]) {
+                    let cell = &parameter_gradient_along[usize::from(last)];
+                    let program = self.program(cell, |r| r.excess_parameter_gradient_along(ends, last));
+                    program.run(batch, (&sources, phi), (None, &mut *parameters), scratch);
+                }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Time steps of several sub-steps, of authored models: each function of a step is composed from those of its sub-steps.
 
-use supple_kernels::graph::{Batch, Source};
+use supple_kernels::graph::Source;
 use supple_kernels::{Matrices, Scratch};
 
 use super::authored::Authored;
@@ -8,11 +8,23 @@ use super::next::GivenNext;
 use super::products::StepProducts;
 use super::programs::GradientOf;
 use super::roll_out::{RollOut, step_by_step};
-use super::substeps::{Step, Substeps, add_slopes};
+use super::substeps::{Step, SubstepAdjoints, Substeps, add_slopes};
 use super::trace::source;
 use super::{Curvature, Points, System, Variation};
 use crate::Model;
 use crate::trajectory::Trajectory;
+
+/// What moves the sub-steps of some stages, and the costates after them.
+pub(super) struct Moving<'a> {
+    /// The variation of all stages.
+    pub variation: Variation<'a>,
+    /// The number of the first of these stages.
+    pub first: usize,
+    /// Their costs, where these take the next state, and `[l'' | l']` of them.
+    pub of_cost: Option<(&'a GivenNext<'a>, &'a Matrices)>,
+    /// What is added to the variations of the costates at the ends of stages, vectors of the last sub-steps.
+    pub more: Option<&'a Matrices>,
+}
 
 impl<M: Model> Authored<M> {
     /// Whether a time step consists of more than one integration step.
@@ -70,7 +82,9 @@ impl<M: Model> Authored<M> {
     /// Theory, equation U.13.
     pub(super) fn add_curvature_divided(
         &self,
-        (at, phi, costates): (Points, &[f64], &Matrices),
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
@@ -93,14 +107,16 @@ impl<M: Model> Authored<M> {
     ) -> Matrices {
         let joint = self.size.joint();
         let mut curvature = Matrices::zeros(steps.batch().count, joint, joint + 1);
-        self.add_step_curvature((steps.points(), phi, costates.into()), &mut curvature, scratch);
+        self.add_step_curvature(steps.points(), phi, costates.into(), &mut curvature, scratch);
         curvature
     }
 
     /// The gradient of `<F_bar, [A B]>` of whole steps (theory, equation U.12).
     pub(super) fn contract_composed(
         &self,
-        (at, phi, whole): (Points, &[f64], &Matrices),
+        at: Points,
+        phi: &[f64],
+        whole: &Matrices,
         joint: &mut Matrices,
         parameters: &mut [f64],
         scratch: &mut Scratch,
@@ -108,26 +124,29 @@ impl<M: Model> Authored<M> {
         let (step, size) = (self.step_of(phi), self.size.joint());
         for block in step.blocks(at.stages) {
             let steps = step.divide(at, block, scratch);
-            let adjoints = steps.adjoints(&steps.products(), whole, block.first, None);
-            let slopes = steps.vectors(size);
-            let (ends, mut total) = (steps.vectors(self.size.states), Matrices::vectors(steps.stages, size));
-            self.collect((&steps, phi), (&adjoints, slopes, ends), (&mut total, &mut *parameters), scratch);
+            let jacobians = steps.adjoints(&steps.products(), whole, block.first, None);
+            let (slopes, ends) = (steps.vectors(size), steps.vectors(self.size.states));
+            let mut total = Matrices::vectors(steps.stages, size);
+            let adjoints = SubstepAdjoints { jacobians, slopes, ends };
+            self.collect(&steps, phi, adjoints, &mut total, &mut *parameters, scratch);
             add_slopes(&total, joint, block.first);
         }
     }
 
-    /// Given adjoints of the sub-steps' Jacobians, slopes at their points, and vectors `ends` at the stages' final states,
-    /// adds the slopes with respect to the stages' `z` to `total`, and those with respect to the parameters.
+    /// Adds the slopes with respect to the stages' `z` to `total`, and those with respect to the parameters.
     pub(super) fn collect(
         &self,
-        (steps, phi): (&Substeps, &[f64]),
-        (adjoints, mut slopes, mut ends): (&Matrices, Matrices, Matrices),
-        (total, parameters): (&mut Matrices, &mut [f64]),
+        steps: &Substeps,
+        phi: &[f64],
+        adjoints: SubstepAdjoints,
+        total: &mut Matrices,
+        parameters: &mut [f64],
         scratch: &mut Scratch,
     ) {
+        let SubstepAdjoints { jacobians, mut slopes, mut ends } = adjoints;
         let Points { states, controls, .. } = steps.points();
         let (x, u) = (states.into(), controls.into());
-        let sources = [x, u, x, adjoints.into()];
+        let sources = [x, u, x, (&jacobians).into()];
         let contract = self.contraction_program();
         contract.run(steps.batch(), (&sources, phi), (Some(&mut slopes), &mut *parameters), scratch);
         steps.sweep_back(Some(&slopes), &mut ends, Some(total));
@@ -139,7 +158,9 @@ impl<M: Model> Authored<M> {
     /// U.11 and U.14).
     pub(super) fn add_gradient_composed(
         &self,
-        (at, phi, costates): (Points, &[f64], &Matrices),
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
         variation: Option<Variation>,
         parameters: &mut [f64],
         scratch: &mut Scratch,
@@ -150,7 +171,7 @@ impl<M: Model> Authored<M> {
             let steps = step.divide(at, block, scratch);
             let mut ends = steps.ending_with(costates, block.first + 1);
             let counting = || self.counting_of_next();
-            let given = self.gives_next.then(|| self.given_next((steps.clone(), counting()), phi, scratch));
+            let given = self.gives_next.then(|| self.given_next(steps.clone(), counting(), phi, scratch));
             let of_cost = given.as_ref().map(|given| (given, self.quadratics(given, Curvature::Exact, phi, scratch)));
             if let Some((given, quadratics)) = &of_cost {
                 given.add_slopes_by_next(quadratics, &mut ends);
@@ -159,7 +180,8 @@ impl<M: Model> Authored<M> {
             let costates = ends;
             let moved = variation.map(|variation| {
                 let of_cost = of_cost.as_ref().map(|(given, quadratics)| (*given, quadratics));
-                self.vary(&steps, (&costates, block), (variation, of_cost, None), phi, scratch)
+                let moving = Moving { variation, first: block.first, of_cost, more: None };
+                self.vary(&steps, &costates, moving, phi, scratch)
             });
             if let Some(given) = &given {
                 let along = moved.as_ref().map(|[joint, _]| given.vary(joint));
@@ -176,27 +198,27 @@ impl<M: Model> Authored<M> {
         }
     }
 
-    /// The variations of the sub-steps' points and of the costates after them; those of costates at the ends of stages are
-    /// increased by `more`, vectors of the last sub-steps, if there is any.
+    /// The variations of the sub-steps' points and of the costates after them.
     pub(super) fn vary(
         &self,
         steps: &Substeps,
-        (costates, block): (&Matrices, Batch),
-        (variation, of_cost, more): (Variation, Option<(&GivenNext, &Matrices)>, Option<&Matrices>),
+        costates: &Matrices,
+        moving: Moving,
         phi: &[f64],
         scratch: &mut Scratch,
     ) -> [Matrices; 2] {
+        let Moving { variation, first, of_cost, more } = moving;
         let (joint, at) = (self.size.joint(), steps.points());
         let (mut moved, mut slopes) = (steps.vectors(joint), steps.vectors(joint));
-        steps.sweep_forward(variation.joint, block.first, &mut moved);
+        steps.sweep_forward(variation.joint, first, &mut moved);
         if self.has_costly_curvature() {
-            let (sizes, at) = ([joint, self.model.unknowns()], (at, phi, costates.into()));
-            let mut products = StepProducts::new(self.product_programs(), sizes, at, scratch);
-            products.add(at, &moved, &mut slopes, scratch);
+            let (sizes, after) = ([joint, self.model.unknowns()], costates.into());
+            let mut products = StepProducts::new(self.product_programs(), sizes, at, phi, after, scratch);
+            products.add(at, phi, after, &moved, &mut slopes, scratch);
         } else {
             steps.multiply(&self.curvature_of(steps, costates, phi, scratch), &moved, &mut slopes);
         }
-        let mut ends = steps.ending_with(variation.costates, block.first + 1);
+        let mut ends = steps.ending_with(variation.costates, first + 1);
         if let Some((given, quadratics)) = of_cost {
             given.add_products_by_next(quadratics, &given.vary(&moved), &mut ends);
         }

@@ -4,6 +4,7 @@ use supple_kernels::graph::{Batch, Source};
 use supple_kernels::{Matrices, Scratch, dispatch};
 
 use super::authored::Authored;
+use super::authored_substeps::Moving;
 use super::batch::weighed;
 use super::kept::Kept;
 use super::next::{GivenNext, Spread};
@@ -18,12 +19,13 @@ impl<M: Model> Authored<M> {
     pub(super) fn write_excesses_of_next(
         &self,
         kept: &Kept,
-        (at, phi): (Points, &[f64]),
+        at: Points,
+        phi: &[f64],
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
         let mut next = Matrices::vectors(at.stages, self.size.states);
-        step_repeatedly((self.step_program(), self.substeps), at, phi, &mut next, scratch);
+        step_repeatedly(self.step_program(), self.substeps, at, phi, &mut next, scratch);
         let program = kept.excesses[0].get_or_init(|| self.recorder().excesses(&kept.ends, false));
         let sources = [at.states.into(), at.controls.into(), (&next).into()];
         program.run(Batch { first: 0, count: at.stages }, (&sources, phi), (Some(out), &mut []), scratch);
@@ -33,7 +35,8 @@ impl<M: Model> Authored<M> {
     fn blocks_given_next<'a>(
         &self,
         kept: &'a Kept,
-        (at, weights): (Points, &[&Matrices]),
+        at: Points,
+        weights: &[&Matrices],
         phi: &[f64],
         scratch: &mut Scratch,
         mut work: impl FnMut(&GivenNext<'a>, Batch, &mut Scratch),
@@ -43,7 +46,7 @@ impl<M: Model> Authored<M> {
         for part in weighed(Batch { first: 0, count: at.stages }, weights) {
             for block in step.blocks(part.count) {
                 let block = Batch { first: part.first + block.first, count: block.count };
-                let given = self.given_next((step.divide(at, block, scratch), &counting[..]), phi, scratch);
+                let given = self.given_next(step.divide(at, block, scratch), &counting[..], phi, scratch);
                 work(&given, block, scratch);
             }
         }
@@ -53,13 +56,14 @@ impl<M: Model> Authored<M> {
     pub(super) fn write_excess_jacobians_of_next(
         &self,
         kept: &Kept,
-        (at, multipliers): (Points, &Matrices),
+        at: Points,
+        multipliers: &Matrices,
         phi: &[f64],
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
         let program = kept.jacobian[0].get_or_init(|| self.recorder().excess_jacobian(&kept.ends, false));
-        self.blocks_given_next(kept, (at, &[multipliers]), phi, scratch, |given, block, scratch| {
+        self.blocks_given_next(kept, at, &[multipliers], phi, scratch, |given, block, scratch| {
             let mut by_both = Matrices::zeros(block.count, out.rows(), given.wide);
             program.run(given.batch(), (&given.sources(), phi), (Some(&mut by_both), &mut []), scratch);
             let (from, to, joint) = (by_both.stride(), out.stride(), given.joint);
@@ -79,7 +83,8 @@ impl<M: Model> Authored<M> {
     fn excess_quadratics(
         &self,
         kept: &Kept,
-        (given, multipliers): (&GivenNext, &Matrices),
+        given: &GivenNext,
+        multipliers: &Matrices,
         phi: &[f64],
         scratch: &mut Scratch,
     ) -> Matrices {
@@ -95,14 +100,15 @@ impl<M: Model> Authored<M> {
     pub(super) fn add_excess_curvature_of_next(
         &self,
         kept: &Kept,
-        (at, multipliers): (Points, &Matrices),
+        at: Points,
+        multipliers: &Matrices,
         phi: &[f64],
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
         let joint = self.size.joint();
-        self.blocks_given_next(kept, (at, &[multipliers]), phi, scratch, |given, block, scratch| {
-            let quadratics = self.excess_quadratics(kept, (given, &part(multipliers, block)), phi, scratch);
+        self.blocks_given_next(kept, at, &[multipliers], phi, scratch, |given, block, scratch| {
+            let quadratics = self.excess_quadratics(kept, given, &part(multipliers, block), phi, scratch);
             let mut spread = Matrices::zeros(block.count, joint, joint + 1);
             dispatch(Spread { given, quadratics: &quadratics, out: &mut spread, first: 0 });
             let costates = self.costates_of_cost(given, &quadratics, None);
@@ -123,7 +129,8 @@ impl<M: Model> Authored<M> {
         &self,
         kept: &Kept,
         (at, multipliers): (Points, &Matrices),
-        (variation, phi): (Option<ExcessVariation>, &[f64]),
+        variation: Option<ExcessVariation>,
+        phi: &[f64],
         parameters: &mut [f64],
         scratch: &mut Scratch,
     ) {
@@ -132,9 +139,9 @@ impl<M: Model> Authored<M> {
             [Some(multipliers), variation.map(|moved| moved.multipliers)].into_iter().flatten().collect();
         let still = Matrices::vectors(at.stages + 1, n);
         let of_steps = self.gradient_program(GradientOf::Step, variation.is_some());
-        self.blocks_given_next(kept, (at, &weights), phi, scratch, |given, block, scratch| {
+        self.blocks_given_next(kept, at, &weights, phi, scratch, |given, block, scratch| {
             let weights = part(multipliers, block);
-            let quadratics = self.excess_quadratics(kept, (given, &weights), phi, scratch);
+            let quadratics = self.excess_quadratics(kept, given, &weights, phi, scratch);
             let costates = self.costates_of_cost(given, &quadratics, None);
             let [x, u, next] = given.sources();
             let mut sources = [x, u, next, x, x, x];
@@ -151,12 +158,13 @@ impl<M: Model> Authored<M> {
             };
             // The multipliers' variation changes slopes by the next state, and so the costates.
             let moved_weights = part(variation.multipliers, block);
-            let moved_quadratics = self.excess_quadratics(kept, (given, &moved_weights), phi, scratch);
+            let moved_quadratics = self.excess_quadratics(kept, given, &moved_weights, phi, scratch);
             let mut more = given.steps.vectors(n);
             given.add_slopes_by_next(&moved_quadratics, &mut more);
             let of_states = Variation { joint: variation.joint, costates: &still };
-            let varied = (of_states, Some((given, &quadratics)), Some(&more));
-            let [joint, moved_costates] = self.vary(&given.steps, (&costates, block), varied, phi, scratch);
+            let (of_cost, more) = (Some((given, &quadratics)), Some(&more));
+            let moving = Moving { variation: of_states, first: block.first, of_cost, more };
+            let [joint, moved_costates] = self.vary(&given.steps, &costates, moving, phi, scratch);
             let along = given.vary(&joint);
             sources[excess_source::VARIATION] = (&along).into();
             sources[excess_source::MULTIPLIER_VARIATION] = (&moved_weights).into();

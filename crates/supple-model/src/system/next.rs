@@ -7,9 +7,9 @@ use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
 
 use super::authored::Authored;
 use super::programs::GradientOf;
-use super::substeps::{StackedRows, Substeps, add_slopes};
+use super::substeps::{StackedRows, SubstepAdjoints, Substeps, add_slopes};
 use super::trace::source;
-use super::{Curvature, Points};
+use super::{Adjoints, Curvature, Points};
 use crate::Model;
 
 /// Some stages with the states that they lead to.
@@ -118,7 +118,8 @@ impl<M: Model> Authored<M> {
     /// Some stages with the states that they lead to, of which those entries count.
     pub(super) fn given_next<'a>(
         &self,
-        (steps, counting): (Substeps, &'a [usize]),
+        steps: Substeps,
+        counting: &'a [usize],
         phi: &[f64],
         scratch: &mut Scratch,
     ) -> GivenNext<'a> {
@@ -151,15 +152,17 @@ impl<M: Model> Authored<M> {
     /// `[l_zz | l_z]` of all stages (theory, equation U.15); with costates, exact and with `(lambda' f)_zz` added.
     pub(super) fn write_quadratics_of_next(
         &self,
-        (at, phi): (Points, &[f64]),
-        (curvature, after): (Curvature, Option<&Matrices>),
+        at: Points,
+        phi: &[f64],
+        curvature: Curvature,
+        after: Option<&Matrices>,
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
         let step = self.step_of(phi);
         for block in step.blocks(at.stages) {
-            let divided = (step.divide(at, block, scratch), self.counting_of_next());
-            let given = self.given_next(divided, phi, scratch);
+            let steps = step.divide(at, block, scratch);
+            let given = self.given_next(steps, self.counting_of_next(), phi, scratch);
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
             dispatch(Spread { given: &given, quadratics: &quadratics, out: &mut *out, first: block.first });
             if curvature == Curvature::Exact {
@@ -206,23 +209,24 @@ impl<M: Model> Authored<M> {
     /// The gradient of `<F_bar, [A B]> + <H_bar, l_zz>` of all stages (theory, equations U.12, U.16 and U.17).
     pub(super) fn contract_with_next(
         &self,
-        (at, phi): (Points, &[f64]),
-        (dynamics, adjoint, curvature): (&Matrices, &Matrices, Curvature),
+        at: Points,
+        phi: &[f64],
+        Adjoints { knots: of_knots, curvature }: Adjoints,
         joint: &mut Matrices,
         parameters: &mut [f64],
         scratch: &mut Scratch,
     ) {
         let (step, n, size) = (self.step_of(phi), self.size.states, self.size.joint());
         for block in step.blocks(at.stages) {
-            let divided = (step.divide(at, block, scratch), self.counting_of_next());
-            let given = self.given_next(divided, phi, scratch);
+            let steps = step.divide(at, block, scratch);
+            let given = self.given_next(steps, self.counting_of_next(), phi, scratch);
             let (steps, wide, stages) = (&given.steps, given.wide, block.count);
             let quadratics = self.quadratics(&given, curvature, phi, scratch);
             let mut spread = Matrices::zeros(stages, wide, wide + 1);
             let mut by_rows = Matrices::zeros(stages, given.counting.len(), size);
             dispatch(Weigh {
                 rows: &given.spread(),
-                weights: adjoint,
+                weights: &of_knots.cost,
                 first: block.first,
                 stages,
                 curvature: &quadratics,
@@ -233,7 +237,7 @@ impl<M: Model> Authored<M> {
             let mut whole = Matrices::zeros(stages, n, size);
             for i in 0..stages {
                 let (to, stride) = (whole.at_mut(i), by_rows.stride());
-                to.copy_from_slice(dynamics.at(block.first + i));
+                to.copy_from_slice(of_knots.dynamics.at(block.first + i));
                 for (&row, more) in given.counting.iter().zip(by_rows.at(i).chunks_exact(stride)) {
                     to[row * stride..][..stride].iter_mut().zip(more).for_each(|(to, more)| *to += more);
                 }
@@ -254,7 +258,7 @@ impl<M: Model> Authored<M> {
                     (Matrices::zeros(steps.batch().count, size, size), Matrices::zeros(steps.batch().count, n, size));
                 dispatch(Weigh {
                     rows: &given.follow(),
-                    weights: adjoint,
+                    weights: &of_knots.cost,
                     first: block.first,
                     stages,
                     curvature: &curved,
@@ -282,13 +286,13 @@ impl<M: Model> Authored<M> {
                 more = Some(of_products);
                 moving = Some((costates, moved));
             }
-            let mut adjoints = steps.adjoints(&given.products, &whole, 0, more.as_ref());
+            let mut jacobians = steps.adjoints(&given.products, &whole, 0, more.as_ref());
             if let Some((costates, moved)) = &moving {
                 for point in stages..steps.batch().count {
                     for (row, &costate) in costates.vector(point)[..n].iter().enumerate() {
                         for (column, v) in moved.vector(point - stages)[..n].iter().enumerate() {
-                            let entry = adjoints.get(point, row, column) + costate * v;
-                            adjoints.set(point, row, column, entry);
+                            let entry = jacobians.get(point, row, column) + costate * v;
+                            jacobians.set(point, row, column, entry);
                         }
                     }
                 }
@@ -300,7 +304,8 @@ impl<M: Model> Authored<M> {
                 let end = ends.vector_mut(steps.last() + i);
                 given.counting.iter().enumerate().for_each(|(number, &row)| end[row] = by(size + number));
             }
-            self.collect((steps, phi), (&adjoints, slopes, ends), (&mut total, &mut *parameters), scratch);
+            let adjoints = SubstepAdjoints { jacobians, slopes, ends };
+            self.collect(steps, phi, adjoints, &mut total, &mut *parameters, scratch);
             add_slopes(&total, joint, block.first);
         }
     }

@@ -31,10 +31,12 @@ impl<'a> CurvatureProducts<'a> {
     pub(super) fn new(
         programs: [&'a Program; 2],
         sizes: [usize; 2],
-        (at, phi, costates): (Points<'a>, &'a [f64], &'a Matrices),
+        at: Points<'a>,
+        phi: &'a [f64],
+        costates: &'a Matrices,
         scratch: &mut Scratch,
     ) -> Self {
-        let of_steps = StepProducts::new(programs, sizes, (at, phi, after(costates)), scratch);
+        let of_steps = StepProducts::new(programs, sizes, at, phi, after(costates), scratch);
         Self { of_steps, phi, steps: Steps::Whole(at, costates) }
     }
 
@@ -42,10 +44,12 @@ impl<'a> CurvatureProducts<'a> {
     pub(super) fn of_substeps(
         programs: [&'a Program; 2],
         sizes: [usize; 2],
-        (steps, phi, costates): (Substeps, &'a [f64], Matrices),
+        steps: Substeps,
+        phi: &'a [f64],
+        costates: Matrices,
         scratch: &mut Scratch,
     ) -> Self {
-        let of_steps = StepProducts::new(programs, sizes, (steps.points(), phi, (&costates).into()), scratch);
+        let of_steps = StepProducts::new(programs, sizes, steps.points(), phi, (&costates).into(), scratch);
         let room = [(); 2].map(|()| steps.vectors(sizes[0]));
         Self { of_steps, phi, steps: Steps::Divided(Box::new((steps, costates, room))) }
     }
@@ -55,12 +59,12 @@ impl<'a> CurvatureProducts<'a> {
     pub fn add(&mut self, variation: &Matrices, out: &mut Matrices, scratch: &mut Scratch) {
         let Self { of_steps, phi, steps } = self;
         match steps {
-            Steps::Whole(at, costates) => of_steps.add((*at, phi, after(costates)), variation, out, scratch),
+            Steps::Whole(at, costates) => of_steps.add(*at, phi, after(costates), variation, out, scratch),
             Steps::Divided(divided) => {
                 let (steps, costates, [moved, slopes]) = &mut **divided;
                 steps.sweep_forward(variation, 0, moved);
                 slopes.clear();
-                of_steps.add((steps.points(), phi, (&*costates).into()), moved, slopes, scratch);
+                of_steps.add(steps.points(), phi, (&*costates).into(), moved, slopes, scratch);
                 steps.sweep_back(Some(slopes), &mut steps.vectors(steps.states()), Some(out));
             }
         }
@@ -84,12 +88,14 @@ impl<'a> StepProducts<'a> {
     pub fn new(
         [responses, program]: [&'a Program; 2],
         [joint, unknowns]: [usize; 2],
-        (at, phi, after): (Points, &[f64], Source),
+        at: Points,
+        phi: &[f64],
+        after: Source,
         scratch: &mut Scratch,
     ) -> Self {
         let sources = [at.states.into(), at.controls.into(), after];
         let batch = Batch { first: 0, count: at.stages };
-        let responses = respond(responses, [joint, unknowns], (batch, &sources, phi), scratch);
+        let responses = respond(responses, [joint, unknowns], batch, &sources, phi, scratch);
         let of_both = || Matrices::zeros(at.stages, 1, joint + unknowns);
         let (directions, rates) = (of_both(), of_both());
         Self { program, responses, directions, rates, joint, unknowns }
@@ -98,7 +104,9 @@ impl<'a> StepProducts<'a> {
     /// Adds `D' (lambda' F + mu' r)'' D dz` (theory, equation U.5) at the points and costates that it was made for.
     pub fn add(
         &mut self,
-        (at, phi, after): (Points, &[f64], Source),
+        at: Points,
+        phi: &[f64],
+        after: Source,
         variation: &Matrices,
         out: &mut Matrices,
         scratch: &mut Scratch,

@@ -23,7 +23,7 @@ impl DynamicsCurvature<'_> {
         let &Self { responses: program, second, joint, unknowns } = self;
         let batch = Batch { first: 0, count: at.stages };
         let (x, u) = (at.states.into(), at.controls.into());
-        let responses = respond(program, [joint, unknowns], (batch, &[x, u, after], phi), scratch);
+        let responses = respond(program, [joint, unknowns], batch, &[x, u, after], phi, scratch);
         let mut parts = Matrices::zeros(at.stages, second.rows, unknowns);
         second.program.run(batch, (&[x, u, after, (&responses).into()], phi), (Some(&mut parts), &mut []), scratch);
         dispatch(Compose { second, joint, unknowns, responses: &responses, parts: &mut parts, out });
@@ -34,7 +34,9 @@ impl DynamicsCurvature<'_> {
 pub(super) fn respond(
     program: &Program,
     [joint, unknowns]: [usize; 2],
-    (batch, sources, phi): (Batch, &[Source], &[f64]),
+    batch: Batch,
+    sources: &[Source],
+    phi: &[f64],
     scratch: &mut Scratch,
 ) -> Matrices {
     let mut responses = Matrices::zeros(batch.count, joint + 2, unknowns);

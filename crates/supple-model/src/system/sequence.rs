@@ -119,7 +119,7 @@ fn times(row: &[f64], x: &[f64], u: &[f64]) -> f64 {
 }
 
 /// `out = M [x; u]`, or with a vector `M [x; u] + vector`, `M` by padded rows.
-fn affine(matrices: &Matrices, vectors: Option<&Matrices>, t: usize, (x, u): (&[f64], &[f64]), out: &mut [f64]) {
+fn affine(matrices: &Matrices, vectors: Option<&Matrices>, t: usize, x: &[f64], u: &[f64], out: &mut [f64]) {
     for (out, row) in out.iter_mut().zip(matrices.at(t).chunks_exact(matrices.stride())) {
         *out = times(row, x, u);
     }
@@ -136,7 +136,7 @@ fn quadratic(quadratics: &Matrices, t: usize, x: &[f64], u: &[f64]) -> f64 {
 }
 
 /// Writes `[l_zz | l_z]` at `z = [x; u]`, from that at `z = 0`.
-fn write_quadratic(from: &[f64], joint: usize, stride: usize, (x, u): (&[f64], &[f64]), out: &mut [f64]) {
+fn write_quadratic(from: &[f64], joint: usize, stride: usize, x: &[f64], u: &[f64], out: &mut [f64]) {
     out.copy_from_slice(from);
     for row in out.chunks_exact_mut(stride).take(x.len() + u.len()) {
         row[joint] += times(row, x, u);
@@ -165,11 +165,11 @@ impl System for Sequence {
     }
 
     fn step(&self, t: usize, x: &[f64], u: &[f64], _: &[f64], next: &mut [f64]) {
-        affine(&self.dynamics, self.drift.as_ref(), t, (x, u), next);
+        affine(&self.dynamics, self.drift.as_ref(), t, x, u, next);
     }
 
     fn observe(&self, t: usize, x: &[f64], _: &[f64], y: &mut [f64]) {
-        affine(&self.measurement, self.offset.as_ref(), t, (x, &[]), y);
+        affine(&self.measurement, self.offset.as_ref(), t, x, &[], y);
     }
 
     fn picks(&self) -> Option<&[usize]> {
@@ -204,7 +204,7 @@ impl System for Sequence {
             } else {
                 (self.last.at(0), [].as_slice())
             };
-            write_quadratic(from, joint, stride, (at.states.vector(i), u), out.at_mut(i));
+            write_quadratic(from, joint, stride, at.states.vector(i), u, out.at_mut(i));
         }
     }
 

@@ -83,7 +83,8 @@ impl Step<'_> {
 
 /// The next states at all stages, by repeating a program for one integration step.
 pub(super) fn step_repeatedly(
-    (program, times): (&Program, usize),
+    program: &Program,
+    times: usize,
     at: Points,
     phi: &[f64],
     next: &mut Matrices,
@@ -110,6 +111,16 @@ pub(super) struct Substeps {
     controls: Matrices,
     /// `[A_k B_k]`
     jacobians: Matrices,
+}
+
+/// Adjoints of sub-steps.
+pub(super) struct SubstepAdjoints {
+    /// Of their Jacobians.
+    pub jacobians: Matrices,
+    /// Slopes at their points.
+    pub slopes: Matrices,
+    /// Slopes at the stages' final states, vectors of the last sub-steps.
+    pub ends: Matrices,
 }
 
 impl Substeps {

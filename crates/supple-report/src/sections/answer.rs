@@ -157,8 +157,12 @@ fn result(part: &Part, report: &DesignReport) -> String {
 /// How a value compares with its limit.
 enum Standing {
     Missed,
-    /// Bits that a unit more would save, and the bits that are minimised.
-    Active((f64, f64)),
+    Active {
+        /// Bits that a unit more would save.
+        rate: f64,
+        /// The bits that are minimised.
+        all: f64,
+    },
     Met,
 }
 
@@ -167,7 +171,7 @@ impl Standing {
         match missed {
             true => Self::Missed,
             false if nats_per_unit > 0.0 => {
-                Self::Active((bits(nats_per_unit), report.optimum.objective.information_bits))
+                Self::Active { rate: bits(nats_per_unit), all: report.optimum.objective.information_bits }
             }
             false => Self::Met,
         }
@@ -191,7 +195,9 @@ fn against_budget(report: &DesignReport, budget: f64) -> String {
     let budget = number(budget);
     match Standing::of_price(report) {
         Standing::Missed => format!("this exceeds the budget of {budget}"),
-        Standing::Active(saved) => format!("the budget of {budget} is exhausted: {}", saves("budget", saved, number)),
+        Standing::Active { rate, all } => {
+            format!("the budget of {budget} is exhausted: {}", saves("budget", rate, all, number))
+        }
         Standing::Met => format!("the budget is {budget}"),
     }
 }
@@ -202,7 +208,9 @@ fn against_bound(report: &DesignReport, index: usize, bound: f64) -> String {
     let bound = number(bound);
     match standing {
         Standing::Missed => format!("this exceeds its cost limit of {bound}"),
-        Standing::Active(saved) => format!("its cost limit of {bound} is active; {}", saves("cost", saved, number)),
+        Standing::Active { rate, all } => {
+            format!("its cost limit of {bound} is active; {}", saves("cost", rate, all, number))
+        }
         Standing::Met => format!("its cost limit of {bound} is met but not active"),
     }
 }
@@ -348,7 +356,7 @@ fn cost_remark(report: &DesignReport, task: usize, bound: Option<f64>) -> [Strin
     let Some(bound) = bound else { return ["none".into(), String::new()] };
     let note = match Standing::of_cost(report, task) {
         Standing::Missed => "missed".into(),
-        Standing::Active(saved) => format!("limit active; {}", saves("cost", saved, number)),
+        Standing::Active { rate, all } => format!("limit active; {}", saves("cost", rate, all, number)),
         Standing::Met => "met".into(),
     };
     [number(bound), note]
@@ -359,7 +367,7 @@ fn budget_remark(report: &DesignReport, budget: Option<f64>) -> [String; 2] {
     let Some(budget) = budget else { return ["none".into(), String::new()] };
     let note = match Standing::of_price(report) {
         Standing::Missed => "exceeded".into(),
-        Standing::Active(saved) => format!("budget exhausted; {}", saves("budget", saved, number)),
+        Standing::Active { rate, all } => format!("budget exhausted; {}", saves("budget", rate, all, number)),
         Standing::Met => "met".into(),
     };
     [number(budget), note]

@@ -62,7 +62,7 @@ fn plot(study: &Robustness, task: usize, title: String, plots: &mut Plots) -> Ma
             if cells.is_empty() {
                 continue;
             }
-            let made = of_design((index, &design.name), study, &cells, plots);
+            let made = of_design(index, &design.name, study, &cells, plots);
             view.traces.extend(traces.len()..traces.len() + made.len());
             traces.extend(made);
             let mean = |cell: Option<&&RobustCell>| number(cell.map_or(f64::NAN, |cell| cell.mean));
@@ -110,7 +110,7 @@ fn plot(study: &Robustness, task: usize, title: String, plots: &mut Plots) -> Ma
 }
 
 /// The band, the mean and the theory of one design.
-fn of_design((index, name): (usize, &str), study: &Robustness, cells: &[&RobustCell], plots: &mut Plots) -> Vec<Value> {
+fn of_design(index: usize, name: &str, study: &Robustness, cells: &[&RobustCell], plots: &mut Plots) -> Vec<Value> {
     let at = |cell: &&RobustCell| study.options.vary.values.get(cell.level).copied().unwrap_or(f64::NAN);
     let x = plots.arrays.exact(&cells.iter().map(at).collect::<Vec<_>>());
     let mut exact = |of: &dyn Fn(&RobustCell) -> f64| {

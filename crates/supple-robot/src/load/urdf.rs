@@ -138,7 +138,7 @@ fn link<'a>(
         let pose = origin(visual, warnings)?;
         let Some(geometry) = visual.child("geometry")? else { continue };
         match geometry.child("mesh")? {
-            Some(at) => link.meshes.extend(mesh(at, pose, (options, folder), warnings)?),
+            Some(at) => link.meshes.extend(mesh(at, pose, options, folder, warnings)?),
             None => {
                 let shape = geometry.children().next().filter(|shape| SOLIDS.contains(&shape.tag()));
                 let solid = shape.and_then(|at| {
@@ -182,7 +182,8 @@ fn origin(at: Element, warnings: &mut Warnings) -> Result<Pose, FileError> {
 fn mesh(
     mesh: Element,
     pose: Pose,
-    (options, folder): (&LoadOptions, &Path),
+    options: &LoadOptions,
+    folder: &Path,
     warnings: &mut Warnings,
 ) -> Result<Option<Mesh>, FileError> {
     let scale = match mesh.list("scale")?.as_deref() {

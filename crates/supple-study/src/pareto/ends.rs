@@ -51,7 +51,7 @@ pub(super) fn find_ends(front: &Front) -> Result<Ends, StudyError> {
         loose_factor = loose_factor.max(without_measurements);
         loose = front.searcher(Aim::Information { factor: loose_factor }).assess(&loose.to, &loose.controls)?;
     } else {
-        loose = cheapest_of_least(front, loose, (&tight, tight_factor))?;
+        loose = cheapest_of_least(front, loose, &tight, tight_factor)?;
         loose_factor = front.factor(&loose);
     }
     Ok(Ends { loose, loose_factor, tight, tight_factor })
@@ -65,7 +65,8 @@ const NEAR: f64 = 2e-4;
 fn cheapest_of_least(
     front: &Front,
     mut loose: StartSummary,
-    (cheapest, tight): (&StartSummary, f64),
+    cheapest: &StartSummary,
+    tight: f64,
 ) -> Result<StartSummary, StudyError> {
     let least = loose.objective + SAME * loose.objective.abs();
     if cheapest.objective <= least {

@@ -98,7 +98,7 @@ pub fn run(
     let ends = find_ends(&front)?;
     let (points, stopped) = follow(&front, &ends, options.points)?;
     let points: Vec<ParetoPoint> = points.iter().map(|point| report(task, point, &bounds)).collect();
-    let remarks = remarks::remarks(task, &ends, (&points, !stopped));
+    let remarks = remarks::remarks(task, &ends, &points, !stopped);
     Ok(Pareto {
         options: options.clone(),
         information: task.problem.design.information,

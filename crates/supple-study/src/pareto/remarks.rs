@@ -76,7 +76,7 @@ impl From<Stored> for Remark {
 /// bounds lie.
 ///
 /// Of a front that is not complete, only where its ends are: what lies between is not known.
-pub(super) fn remarks(task: &LoadedTask, ends: &Ends, (points, is_complete): (&[ParetoPoint], bool)) -> Vec<Remark> {
+pub(super) fn remarks(task: &LoadedTask, ends: &Ends, points: &[ParetoPoint], is_complete: bool) -> Vec<Remark> {
     let mut remarks: Vec<Remark> = vec![own_bounds(ends).into()];
     if !is_complete {
         return remarks;

@@ -47,14 +47,15 @@ fn growth(nominal: &Noise, truth: &Noise) -> f64 {
 pub(super) fn sample_all(
     task: &LoadedTask,
     planned: &[Planned],
-    study: (&RobustnessOptions, usize),
+    options: &RobustnessOptions,
+    varied: usize,
     parts: &Parts,
     watch: Watch,
 ) -> Result<(Vec<Costs>, usize), StudyError> {
     let done = AtomicUsize::new(0);
     let sample = |number: usize| {
-        let at = Place::of(number, task, study.0);
-        let costs = || Ok(at.costs(task, &planned[at.design], study));
+        let at = Place::of(number, task, options);
+        let costs = || Ok(at.costs(task, &planned[at.design], options, varied));
         match parts.part(&format!("cost {number}"), watch, costs) {
             Err(StudyError::Stopped) => Ok(at.stopped()),
             other => {
@@ -65,7 +66,7 @@ pub(super) fn sample_all(
             }
         }
     };
-    let costs = (0..cells(task, study.0)).into_par_iter().map(sample).collect::<Result<_, StudyError>>()?;
+    let costs = (0..cells(task, options)).into_par_iter().map(sample).collect::<Result<_, StudyError>>()?;
     Ok((costs, done.into_inner()))
 }
 
@@ -106,10 +107,10 @@ impl Place {
     }
 
     /// The cell, with the cost of every roll-out where comparisons need them: at the least and the greatest level.
-    pub fn costs(&self, task: &LoadedTask, design: &Planned, study: (&RobustnessOptions, usize)) -> Costs {
-        let sampled = self.sample(task, design, study);
+    pub fn costs(&self, task: &LoadedTask, design: &Planned, options: &RobustnessOptions, varied: usize) -> Costs {
+        let sampled = self.sample(task, design, options, varied);
         let mut costs = self.summarise(sampled.map_err(|error| error.to_string()));
-        if !extremes(&study.0.vary.values).contains(&self.level) {
+        if !extremes(&options.vary.values).contains(&self.level) {
             costs.costs = Vec::new();
         }
         costs
@@ -120,7 +121,8 @@ impl Place {
         &self,
         loaded: &LoadedTask,
         design: &Planned,
-        (options, varied): (&RobustnessOptions, usize),
+        options: &RobustnessOptions,
+        varied: usize,
     ) -> Result<(Vec<f64>, Option<f64>), supple::Error> {
         let problem = &loaded.problem;
         let task = &problem.tasks[self.task];
@@ -144,7 +146,7 @@ impl Place {
                 Ok((costs, None))
             }
             PlannedFor::Truth => {
-                let state = plan_anew(problem, (design, self.task), (&phi, varied))?;
+                let state = plan_anew(problem, design, self.task, &phi, varied)?;
                 let world = World { phi: &phi, noise: &state.noise };
                 let mut costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;
                 diverged(&mut costs, state.cost.expected());

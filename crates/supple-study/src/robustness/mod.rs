@@ -89,7 +89,7 @@ pub fn run(
     let total = options.designs.len() + cells(task, options);
     watch.progress.begin("designs and levels", 0, total as u64);
     let planned = plan_all(task, &options.designs, &parts, watch)?;
-    let (costs, done) = sample_all(task, &planned, (options, varied), &parts, watch)?;
+    let (costs, done) = sample_all(task, &planned, options, varied, &parts, watch)?;
     if done == 0 {
         return Err(StudyError::Stopped);
     }

@@ -134,7 +134,7 @@ pub(super) fn plan_one(
 }
 
 /// Whether a parameter leaves the local minima of a task where they are: of nominal plans, all but the expected cost.
-fn leaves_minima(problem: &Problem, task: &Task, (phi, parameter): (&[f64], usize)) -> bool {
+fn leaves_minima(problem: &Problem, task: &Task, phi: &[f64], parameter: usize) -> bool {
     let has = |value: &Value| value.slopes(phi).iter().any(|(other, _)| other.index() == parameter);
     let given = task.initial_state.iter().chain(task.initial_control.iter().flatten());
     problem.planning.plan == PlanMode::Nominal
@@ -148,13 +148,15 @@ fn leaves_minima(problem: &Problem, task: &Task, (phi, parameter): (&[f64], usiz
 /// Where no guess leads to a finite plan.
 pub(super) fn plan_anew(
     problem: &Problem,
-    (design, index): (&Planned, usize),
-    (phi, varied): (&[f64], usize),
+    design: &Planned,
+    index: usize,
+    phi: &[f64],
+    varied: usize,
 ) -> Result<TaskState, supple::Error> {
     let (task, minima) = (&problem.tasks[index], &design.minima[index]);
     let mut state = TaskState::new(task);
     // The cheapest branch depends on the noise, but the branches do not.
-    let keeps = leaves_minima(problem, task, (phi, varied));
+    let keeps = leaves_minima(problem, task, phi, varied);
     if keeps && cheapest_of(problem, task, phi, minima, &mut state).is_ok() && state.plan.status.is_converged() {
         return Ok(state);
     }

@@ -59,7 +59,7 @@ impl RobustnessUnits {
         let sample = |number| {
             let at = Place::of(number, task, &self.options);
             let planned = self.planned(task, at.design, stop)?;
-            let costs = at.costs(task, &planned, (&self.options, self.varied));
+            let costs = at.costs(task, &planned, &self.options, self.varied);
             if stop.is_requested() { Err(StudyError::Stopped) } else { Ok(costs) }
         };
         numbers.map(sample).collect()

@@ -37,11 +37,11 @@ pub(crate) fn belief_plan_gradient(
     centre.plan.trajectory.clone_from(&plan.trajectory);
     centre.plan.nominal_cost = plan.nominal_cost;
     centre.assess(task, phi, scratch)?;
-    hessian.prepare(task.at(phi), centre, (&plan.costates, 0.0), scratch)?;
+    hessian.prepare(task.at(phi), centre, &plan.costates, 0.0, scratch)?;
     let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
     let feedback: Matrices = hessian.law.feedback.clone();
     let along = centre.gradient(task, phi);
-    slope_by_controls(&along, quantity, Some(&feedback), (&mut *gradient, &mut *scratch), &mut slope, Some(&mut *out));
+    slope_by_controls(&along, quantity, Some(&feedback), gradient, scratch, &mut slope, Some(&mut *out));
     // The plan minimises the expected cost, so the cost has no first-order change with the controls.
     if quantity == Quantity::EXPECTED_COST || slope.iter().all(|&slope| slope == 0.0) {
         return Ok(());
@@ -67,10 +67,9 @@ pub(crate) fn belief_plan_gradient(
     }
     let moved = hessian.difference(&w, &mut around, |hessian, around| {
         let (mut slope, mut by_parameters) = (vec![0.0; w.len()], Vec::new());
-        let work = (&mut *around.gradient, &mut *around.scratch);
-        let task = around.trial.gradient(around.task, around.phi);
-        let feedback = Some(&hessian.law.feedback);
-        slope_by_controls(&task, Quantity::EXPECTED_COST, feedback, work, &mut slope, Some(&mut by_parameters));
+        let Around { task, phi, trial, gradient, scratch, .. } = around;
+        let (task, feedback, cost) = (trial.gradient(task, phi), Some(&hessian.law.feedback), Quantity::EXPECTED_COST);
+        slope_by_controls(&task, cost, feedback, gradient, scratch, &mut slope, Some(&mut by_parameters));
         by_parameters
     })?;
     out.iter_mut().zip(&moved).for_each(|(out, moved)| *out -= moved);

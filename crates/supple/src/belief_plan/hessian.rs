@@ -64,7 +64,8 @@ impl Hessian {
         &mut self,
         TaskAt { task, phi }: TaskAt,
         centre: &Point,
-        (costates, shift): (&Matrices, f64),
+        costates: &Matrices,
+        shift: f64,
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
         let (plan, system) = (&centre.plan, &*task.system);
@@ -158,9 +159,9 @@ impl Hessian {
     fn times(&mut self, v: &[f64], around: &mut Around) -> Result<Vec<f64>, Error> {
         let slope = |this: &Self, around: &mut Around| {
             let mut slope = vec![0.0; v.len()];
-            let work = (&mut *around.gradient, &mut *around.scratch);
-            let task = around.trial.gradient(around.task, around.phi);
-            slope_by_controls(&task, Quantity::EXPECTED_COST, Some(&this.law.feedback), work, &mut slope, None);
+            let Around { task, phi, trial, gradient, scratch, .. } = around;
+            let (task, feedback) = (trial.gradient(task, phi), Some(&this.law.feedback));
+            slope_by_controls(&task, Quantity::EXPECTED_COST, feedback, gradient, scratch, &mut slope, None);
             slope
         };
         let mut product = self.difference(v, around, slope)?;

@@ -29,7 +29,8 @@ const WAVES: usize = 4;
 pub(crate) fn plan_belief(
     TaskAt { task, phi }: TaskAt,
     controls: &Matrices,
-    (settings, deadline): (&PlanSettings, Option<Instant>),
+    settings: &PlanSettings,
+    deadline: Option<Instant>,
     plan: &mut Plan,
     memory: &mut Memory,
     scratch: &mut Scratch,

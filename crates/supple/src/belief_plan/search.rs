@@ -74,10 +74,9 @@ impl Descent for Search<'_> {
         let Self { task, phi, memory, scratch, .. } = self;
         let Memory { centre, gradient, .. } = &mut **memory;
         let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
-        let work = (&mut *gradient, &mut **scratch);
         let along = centre.gradient(task, phi);
         let Stationarity { residual, scale, .. } =
-            slope_by_controls(&along, Quantity::EXPECTED_COST, None, work, &mut slope, None);
+            slope_by_controls(&along, Quantity::EXPECTED_COST, None, gradient, scratch, &mut slope, None);
         let plan = &mut centre.plan;
         plan.costates.copy_from(&gradient.costates);
         plan.stationarity = residual;
@@ -91,11 +90,10 @@ impl Descent for Search<'_> {
         let Self { task, phi, memory, scratch, .. } = self;
         let Memory { centre, trial, hessian, gradient } = &mut **memory;
         let failed = |_| PlanStatus::LineSearchStalled;
-        hessian.prepare(task.at(phi), centre, (&centre.plan.costates, shift), scratch).map_err(failed)?;
+        hessian.prepare(task.at(phi), centre, &centre.plan.costates, shift, scratch).map_err(failed)?;
         let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
-        let feedback = Some(&hessian.law.feedback);
-        let work = (&mut *gradient, &mut **scratch);
-        slope_by_controls(&centre.gradient(task, phi), Quantity::EXPECTED_COST, feedback, work, &mut slope, None);
+        let (along, feedback) = (centre.gradient(task, phi), Some(&hessian.law.feedback));
+        slope_by_controls(&along, Quantity::EXPECTED_COST, feedback, gradient, scratch, &mut slope, None);
         let downhill: Vec<f64> = slope.iter().map(|g| -g).collect();
         // Solve more precisely the closer the plan is to stationary: convergence is quadratic up to rounding.
         let relative = centre.plan.relative_stationarity.sqrt().clamp(1e-6, 0.1);

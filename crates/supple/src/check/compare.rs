@@ -56,7 +56,7 @@ pub(super) struct Entries {
 
 impl Entries {
     /// Adds an entry to a group that shares one scale; its key identifies its position.
-    pub fn add(&mut self, (group, key): (usize, usize), analytic: f64, numeric: Option<Difference>) {
+    pub fn add(&mut self, group: usize, key: usize, analytic: f64, numeric: Option<Difference>) {
         self.groups = self.groups.max(group + 1);
         self.list.push(Entry { group, key, analytic, numeric });
     }
@@ -136,7 +136,7 @@ mod tests {
             let mut entries = Entries::default();
             for key in 0..3 {
                 let value = if wrong.contains(&key) { 2.0 } else { 1.0 };
-                entries.add((key, key), 1.0, Some(Difference { value, uncertainty: 1e-9 }));
+                entries.add(key, key, 1.0, Some(Difference { value, uncertainty: 1e-9 }));
             }
             entries.row("", 1e-6, contradicted, |key| key.to_string())
         };

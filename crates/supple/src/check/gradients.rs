@@ -50,7 +50,7 @@ impl ComparedGradient {
     /// The comparison, in which every parameter has its own scale.
     #[must_use]
     pub fn row(&self, parameters: &Parameters) -> Row {
-        parameter_row((&self.name, TOLERANCE), parameters, &self.analytic, &self.numeric)
+        parameter_row(&self.name, TOLERANCE, parameters, &self.analytic, &self.numeric)
     }
 }
 

@@ -28,14 +28,15 @@ pub(super) fn size_of(parameters: &Parameters, phi: &[f64], index: usize) -> f64
 
 /// The row of a gradient with respect to the parameters, each with its own scale.
 pub(super) fn parameter_row(
-    (name, tolerance): (&str, f64),
+    name: &str,
+    tolerance: f64,
     parameters: &Parameters,
     analytic: &[f64],
     numeric: &[Option<Difference>],
 ) -> Row {
     let mut entries = Entries::default();
     for (index, (&analytic, &numeric)) in analytic.iter().zip(numeric).enumerate() {
-        entries.add((index, index), analytic, numeric);
+        entries.add(index, index, analytic, numeric);
     }
     entries.row(name, tolerance, &mut None, |index| parameters.get(index).name.clone())
 }
@@ -44,7 +45,8 @@ impl SystemCheck<'_> {
     /// Differences of a sum over all steps by every parameter: each step on its own, so that its rounding is known.
     fn by_parameters(
         &mut self,
-        (name, tolerance): (&str, f64),
+        name: &str,
+        tolerance: f64,
         analytic: &[f64],
         mut terms: impl FnMut(&mut Self, &[f64]) -> Vec<f64>,
     ) -> Row {
@@ -58,14 +60,14 @@ impl SystemCheck<'_> {
             });
             numeric.push(found.map(|found| found.into_iter().fold(Difference::ZERO, Difference::plus)));
         }
-        parameter_row((name, tolerance), &self.problem.parameters, analytic, &numeric)
+        parameter_row(name, tolerance, &self.problem.parameters, analytic, &numeric)
     }
 
     pub(super) fn contraction_by_parameters(&mut self) -> Row {
         let adjoints = self.adjoints();
         let (_, analytic) = self.contraction(&adjoints);
         let trajectory = self.plan.trajectory.clone();
-        self.by_parameters(("contraction of the knots, by parameters", HIGHER_ORDER), &analytic, |check, phi| {
+        self.by_parameters("contraction of the knots, by parameters", HIGHER_ORDER, &analytic, |check, phi| {
             check.inner_product(&adjoints, &trajectory, phi)
         })
     }
@@ -101,7 +103,7 @@ impl SystemCheck<'_> {
         let trajectory = self.plan.trajectory.clone();
         let costates = self.plan.costates.clone();
         let analytic = self.parameter_gradient(trajectory.points(), self.phi, &costates, None);
-        self.by_parameters(("Lagrangian by parameters", FIRST_ORDER), &analytic, |check, phi| {
+        self.by_parameters("Lagrangian by parameters", FIRST_ORDER, &analytic, |check, phi| {
             check.lagrangian(&trajectory, &costates, phi)
         })
     }
@@ -132,7 +134,7 @@ impl SystemCheck<'_> {
             Some(self.parameter_gradient(trajectory.points(), self.phi, &lambda, None))
         });
         let numeric: Vec<_> = (0..analytic.len()).map(|index| numeric.as_ref().map(|found| found[index])).collect();
-        parameter_row(("Lagrangian, mixed", HIGHER_ORDER), &self.problem.parameters, &analytic, &numeric)
+        parameter_row("Lagrangian, mixed", HIGHER_ORDER, &self.problem.parameters, &analytic, &numeric)
     }
 }
 

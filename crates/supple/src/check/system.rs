@@ -121,7 +121,7 @@ impl<'a> SystemCheck<'a> {
         let mut list = Entries::default();
         for ([t, i, j], analytic, numeric) in entries {
             let group = i * cols + j;
-            list.add((group, t * rows * cols + group), analytic, numeric);
+            list.add(group, t * rows * cols + group, analytic, numeric);
         }
         let row = list.row(name, tolerance, &mut self.contradicted.borrow_mut(), |key| {
             let (t, i, j) = (key / (rows * cols), key / cols % rows, key % cols);
@@ -202,7 +202,8 @@ impl<'a> SystemCheck<'a> {
     /// Differences of `width` values per step by entry `j` of `z`, which is moved at every step at once.
     fn at_every_step(
         &mut self,
-        (j, width): (usize, usize),
+        j: usize,
+        width: usize,
         mut values: impl FnMut(&mut Self, &Trajectory) -> Vec<f64>,
     ) -> Option<Vec<Difference>> {
         let sizes: Vec<f64> = (0..=self.plan.trajectory.steps()).map(|t| self.size(t, j)).collect();
@@ -221,13 +222,14 @@ impl<'a> SystemCheck<'a> {
     fn second_order(
         &mut self,
         name: &str,
-        (analytic, steps): (&Matrices, usize),
+        analytic: &Matrices,
+        steps: usize,
         mut gradients: impl FnMut(&mut Self, &Trajectory) -> Vec<f64>,
     ) -> Row {
         let joint = self.plan.knots.dimensions.joint();
         let mut entries = Vec::new();
         for j in 0..joint {
-            let numeric = self.at_every_step((j, joint), &mut gradients);
+            let numeric = self.at_every_step(j, joint, &mut gradients);
             for t in 0..steps {
                 let used = self.cost_variables(t);
                 for i in (0..used).filter(|_| j < used) {
@@ -246,7 +248,7 @@ impl<'a> SystemCheck<'a> {
         let mut analytic = Matrices::zeros(stages, joint, joint + 1);
         let (system, at) = (&self.task.system, self.plan.trajectory.points());
         system.cost_quadratics(at, self.phi, Curvature::Exact, &mut analytic, &mut self.scratch);
-        self.second_order("cost, second order", (&analytic, stages), |check, trajectory| {
+        self.second_order("cost, second order", &analytic, stages, |check, trajectory| {
             let mut out = Knots::zeros(check.plan.knots.dimensions, trajectory.steps()).cost;
             let (system, at) = (&check.task.system, trajectory.points());
             system.cost_quadratics(at, check.phi, Curvature::Exact, &mut out, &mut check.scratch);
@@ -268,7 +270,7 @@ impl<'a> SystemCheck<'a> {
         let mut analytic = Matrices::zeros(steps + 1, joint, joint + 1);
         let (at, costates) = (self.plan.trajectory.points(), &self.plan.costates);
         self.task.system.add_dynamics_curvature(at, self.phi, costates, &mut analytic, &mut self.scratch);
-        self.second_order("lambda' f, second order", (&analytic, steps), |check, trajectory| {
+        self.second_order("lambda' f, second order", &analytic, steps, |check, trajectory| {
             let knots = check.jacobians(trajectory, check.phi);
             let through = |t: usize, i: usize| -> f64 {
                 let costate = check.plan.costates.vector(t + 1);
@@ -336,7 +338,7 @@ impl<'a> SystemCheck<'a> {
         let mut entries = Vec::new();
         for j in 0..joint {
             let numeric =
-                self.at_every_step((j, 1), |check, trajectory| check.inner_product(&adjoints, trajectory, check.phi));
+                self.at_every_step(j, 1, |check, trajectory| check.inner_product(&adjoints, trajectory, check.phi));
             for t in (0..=self.plan.trajectory.steps()).filter(|&t| j < self.cost_variables(t)) {
                 let numeric = numeric.as_ref().map(|numeric| numeric[t]);
                 entries.push(([t, 0, j], analytic.get(t, j, joint), numeric));

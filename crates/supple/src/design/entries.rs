@@ -105,7 +105,7 @@ pub(super) fn has_auxiliary(aim: Aim) -> bool {
 }
 
 /// What is minimised.
-pub(super) fn objective((problem, aim, units): (&Problem, Aim, Units), first: &Visit) -> Entry {
+pub(super) fn objective(problem: &Problem, aim: Aim, units: Units, first: &Visit) -> Entry {
     if has_auxiliary(aim) {
         return Entry { auxiliary: 1.0, ..Entry::new(1.0, |_, visit| (0.0, vec![0.0; visit.phi.len()])) };
     }
@@ -116,10 +116,7 @@ pub(super) fn objective((problem, aim, units): (&Problem, Aim, Units), first: &V
 /// What must be at most 0, and what it limits: the cost of each task with a bound less that bound, or its ratio to the
 /// bound less the auxiliary variable; the sum of prices less the budget; and the same for the cost without measurements,
 /// of tasks that must keep the bound without them.
-pub(super) fn constraints(
-    (settings, aim, units): (&DesignSettings, Aim, Units),
-    first: &Visit,
-) -> Vec<(Limited, Entry)> {
+pub(super) fn constraints(settings: &DesignSettings, aim: Aim, units: Units, first: &Visit) -> Vec<(Limited, Entry)> {
     let bounded = || first.tasks.iter().enumerate().filter_map(|(task, at)| Some((task, at.bound?)));
     let unmeasured = bounded().filter(|&(task, _)| first.tasks[task].unmeasured.is_some());
     let ratio = |limited: Limited| {

@@ -10,7 +10,7 @@ use super::StartSummary;
 use super::rounds::Rounds;
 use super::searcher::Searcher;
 use crate::branches::{AROUND, is_cheaper};
-use crate::continuation::{Neighbour, Scaling, continue_plan, largest_difference};
+use crate::continuation::{Continuation, Neighbour, Scaling, largest_difference};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 
@@ -93,7 +93,7 @@ impl Searcher<'_> {
                     continue;
                 }
                 seen.push((there, its));
-                if let Some(found) = self.continued(task, &scaling, (&other.to, &at.to), of)
+                if let Some(found) = self.continued(task, &scaling, &other.to, &at.to, of)
                     && is_cheaper(found.0, best.0)
                 {
                     (best, better) = (found, true);
@@ -110,12 +110,13 @@ impl Searcher<'_> {
         &self,
         task: &Task,
         scaling: &Scaling,
-        between: (&[f64], &[f64]),
+        from: &[f64],
+        to: &[f64],
         controls: &Matrices,
     ) -> Option<(f64, Matrices)> {
         let mut state = TaskState::new(task);
-        continue_plan((&self.problem.planning, task), scaling, between, (&Neighbour::with(controls), 1), &mut state)
-            .ok()?;
+        let line = Continuation { settings: &self.problem.planning, task, scaling, from, to, finer: 1 };
+        line.plan(&Neighbour::with(controls), &mut state).ok()?;
         state.plan.status.is_converged().then(|| (state.cost.expected(), state.plan.trajectory.controls))
     }
 }

@@ -17,7 +17,8 @@ pub(super) enum Held {
 /// the `most` that one may be are that.
 pub(super) fn project(
     objective: &[f64],
-    (constraints, most): (&[Vec<f64>], &[f64]),
+    constraints: &[Vec<f64>],
+    most: &[f64],
     active: &[usize],
     held: &[Held],
 ) -> (f64, Vec<f64>) {
@@ -163,20 +164,19 @@ mod tests {
         let constraints = [vec![1.0, 0.001, 0.3], vec![-1.0, 0.001, -0.3]];
         let [first, second] = [3.1, 3.2];
         let objective: Vec<f64> = (0..3).map(|i| -first * constraints[0][i] - second * constraints[1][i]).collect();
-        let (worst, found) = project(&objective, (&constraints, &[f64::INFINITY; 2]), &[0, 1], &[Held::Free; 3]);
+        let (worst, found) = project(&objective, &constraints, &[f64::INFINITY; 2], &[0, 1], &[Held::Free; 3]);
         assert!(
             worst < 1e-12 && (found[0] - first).abs() < 1e-9 && (found[1] - second).abs() < 1e-9,
             "{worst} {found:?}"
         );
         // A constraint whose slope points the wrong way has no part, nor has a slope that a bound holds.
         let opposite = [vec![1.0, 0.0], vec![-1.0, 0.0]];
-        let (worst, found) =
-            project(&[-1.0, 5.0], (&opposite, &[f64::INFINITY; 2]), &[0, 1], &[Held::Free, Held::Below]);
+        let (worst, found) = project(&[-1.0, 5.0], &opposite, &[f64::INFINITY; 2], &[0, 1], &[Held::Free, Held::Below]);
         assert!(worst < 1e-12 && found == [1.0, 0.0], "{worst} {found:?}");
-        let (worst, _) = project(&[-1.0, 5.0], (&opposite, &[f64::INFINITY; 2]), &[0], &[Held::Free, Held::Above]);
+        let (worst, _) = project(&[-1.0, 5.0], &opposite, &[f64::INFINITY; 2], &[0], &[Held::Free, Held::Above]);
         assert_eq!(worst, 5.0);
         // One that would have to be greater than it may be leaves the rest.
-        let (worst, found) = project(&[-1.0, 0.0], (&opposite, &[0.25, 1.0]), &[0, 1], &[Held::Free; 2]);
+        let (worst, found) = project(&[-1.0, 0.0], &opposite, &[0.25, 1.0], &[0, 1], &[Held::Free; 2]);
         assert!((worst - 0.75).abs() < 1e-12 && found == [0.25, 0.0], "{worst} {found:?}");
     }
 }

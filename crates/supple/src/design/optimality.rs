@@ -24,7 +24,7 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let near = 100.0 * settings.feasibility;
     let scaled = |gradient: &[f64]| scaling.gradient(&at.phi, gradient);
     let slope = |entry: &Entry| scaled(&entry.at(problem, at).1);
-    let entries = constraints((settings, *aim, Units::Natural), at);
+    let entries = constraints(settings, *aim, Units::Natural, at);
     let violations: Vec<f64> = entries.iter().map(|(limited, _)| limited.violation(at)).collect();
     let gradients: Vec<Vec<f64>> = entries.iter().map(|(_, entry)| slope(entry)).collect();
     let mut reported = vec![0.0; at.tasks.len() + 1];
@@ -46,9 +46,9 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     match aim {
         Aim::Information { .. } => {
             let active: Vec<usize> = (0..entries.len()).filter(|&one| violations[one] > -near).collect();
-            let of = slope(&objective((problem, *aim, Units::Natural), at));
+            let of = slope(&objective(problem, *aim, Units::Natural, at));
             let most: Vec<f64> = entries.iter().map(|(limited, _)| limited.greatest_multiplier(problem, at)).collect();
-            let (worst, multipliers) = project(&of, (&gradients, &most), &active, &held);
+            let (worst, multipliers) = project(&of, &gradients, &most, &active, &held);
             for ((limited, _), multiplier) in entries.iter().zip(multipliers) {
                 match *limited {
                     Limited::Cost(task) => reported[task] = multiplier,
@@ -81,7 +81,7 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
             };
             let active: Vec<usize> = (0..entries.len()).filter(is_active).collect();
             let unlimited = vec![f64::INFINITY; entries.len()];
-            let (worst, weights) = project(&gradients[first], (&gradients, &unlimited), &active, &held);
+            let (worst, weights) = project(&gradients[first], &gradients, &unlimited, &active, &held);
             let weight = 1.0 + (0..entries.len()).filter(is_cost).map(|one| weights[one]).sum::<f64>();
             (worst / (weight * (1.0 + most).max(1e-300)), reported)
         }

@@ -166,8 +166,8 @@ const FAILURES: usize = 6;
 impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
     pub(super) fn new(search: &'s mut Search<'a, 'b>, optimiser: &dyn Optimiser, first: Visit) -> Self {
         let (problem, settings, aim, units) = (search.problem(), search.settings(), search.aim(), optimiser.units());
-        let objective = objective((problem, aim, units), &first);
-        let constraints = constraints((settings, aim, units), &first).into_iter().map(|(_, entry)| entry).collect();
+        let objective = objective(problem, aim, units, &first);
+        let constraints = constraints(settings, aim, units, &first).into_iter().map(|(_, entry)| entry).collect();
         let has_auxiliary = has_auxiliary(aim);
         let known = search.evaluations;
         let failures = Failures { last: None, count: 0, most: if optimiser.steps_back() { FAILURES } else { 1 } };

@@ -6,7 +6,7 @@ use super::visit::Visitor;
 use super::visited::{Visit, plans_of};
 use super::{Event, StartSummary};
 use crate::Error;
-use crate::branches::{BranchSearch, best_of_guesses, search_branches};
+use crate::branches::{BranchSearch, GivenPlan, best_of_guesses, search_branches};
 use crate::continuation::{Neighbour, largest_difference};
 use crate::pipeline::TaskState;
 
@@ -103,7 +103,7 @@ impl Rounds<'_, '_> {
         let plans = tasks.map(|(index, (task, visit))| {
             let stream = (self.start * 1000 + round * 100 + index) as u64;
             let seed = settings.seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let given = (&visit.plan.controls, visit.cost);
+            let given = GivenPlan { controls: &visit.plan.controls, cost: visit.cost };
             let search = BranchSearch {
                 seed,
                 attempts: settings.branch_attempts,

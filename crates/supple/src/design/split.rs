@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::continuation::{Neighbour, Scaling, between, continue_plan};
+use crate::continuation::{Continuation, Neighbour, Scaling, between};
 use crate::gradient::Functional;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -190,9 +190,9 @@ impl<'a> Path<'a> {
         let mut total = Vec::new();
         self.state.total_gradient(self.task, &phi, Functional::INFORMATION, &mut total)?;
         let [sensors, uncertainty] = self.state.information_at_rest(self.task, &phi);
-        let ends = (&self.ends[0][..], &self.ends[1][..]);
+        let [start, end] = &self.ends;
         let [total, sensors, uncertainty] =
-            [&total, &sensors, &uncertainty].map(|gradient| self.scaling.slope_along(ends, &phi, gradient));
+            [&total, &sensors, &uncertainty].map(|gradient| self.scaling.slope_along(start, end, &phi, gradient));
         let slopes = [sensors, uncertainty, total - sensors - uncertainty];
         self.evaluations += 1;
         let plan = Neighbour::of(&self.state.plan);
@@ -202,14 +202,9 @@ impl<'a> Path<'a> {
     /// The same at another place, to which the plan is continued.
     fn go(&mut self, from: &Known, place: f64) -> Result<Known, Error> {
         let (here, there) = (self.at(from.place), self.at(place));
-        continue_plan(
-            (&self.problem.planning, self.task),
-            &self.scaling,
-            (&here, &there),
-            (&from.plan, 1),
-            &mut self.state,
-        )
-        .map_err(|failed| failed.explain(self.task, &self.state))?;
+        let Self { problem, task, scaling, state, .. } = self;
+        let line = Continuation { settings: &problem.planning, task, scaling, from: &here, to: &there, finer: 1 };
+        line.plan(&from.plan, state).map_err(|failed| failed.explain(task, state))?;
         self.look(place)
     }
 
@@ -217,7 +212,8 @@ impl<'a> Path<'a> {
     /// has to be halved, as more nodes do not help. Calls `tell` with the share of the interval that is done.
     fn integrate(
         &mut self,
-        (start, last): (f64, &Known),
+        start: f64,
+        last: &Known,
         tolerance: f64,
         tell: &dyn Fn(f64),
     ) -> Result<Option<([f64; 3], Known)>, Error> {
@@ -266,7 +262,7 @@ impl<'a> Path<'a> {
         while let Some(&start) = starts.last() {
             let (length, done) = (last.place - start, 1.0 - last.place);
             let tell_share = |share: f64| tell(done + share * length);
-            match self.integrate((start, &last), tolerance, &tell_share)? {
+            match self.integrate(start, &last, tolerance, &tell_share)? {
                 Some((found, at_start)) => {
                     parts.iter_mut().zip(found).for_each(|(sum, part)| *sum += part);
                     last = at_start;

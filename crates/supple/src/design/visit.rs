@@ -4,11 +4,11 @@ use super::visited::{PriceVisit, TaskVisit, Visit, plans_of};
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
 use crate::aims::{Limit, Unmeasured, first_price, information_within, without_measurements};
-use crate::continuation::{Neighbour, Scaling, continue_plan};
+use crate::continuation::{Continuation, Neighbour, Scaling};
 use crate::gradient::FrozenGradient;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
-use crate::problem::{Problem, Task};
+use crate::problem::{Problem, TaskAt};
 use crate::settings::InformationWeights;
 use crate::touching::misses_contact;
 
@@ -28,16 +28,23 @@ pub(crate) struct Weighed {
 }
 
 impl Weighed {
-    /// The weights of a task, and what needed information would count if it must need none.
-    fn of(&self, task: usize, aim: Aim) -> (InformationWeights, Option<f64>) {
+    fn of(&self, task: usize, aim: Aim) -> TaskWeights {
         let Self { weights, ref needs_nothing } = *self;
         match aim {
-            Aim::Information { .. } if needs_nothing[task] => {
-                (InformationWeights { needed: 0.0, ..weights }, Some(weights.needed))
-            }
-            _ => (weights, needs_nothing[task].then_some(0.0)),
+            Aim::Information { .. } if needs_nothing[task] => TaskWeights {
+                weights: InformationWeights { needed: 0.0, ..weights },
+                needs_nothing: Some(weights.needed),
+            },
+            _ => TaskWeights { weights, needs_nothing: needs_nothing[task].then_some(0.0) },
         }
     }
+}
+
+/// What is minimised of one task.
+struct TaskWeights {
+    weights: InformationWeights,
+    /// What needed information would count, if the task must need none.
+    needs_nothing: Option<f64>,
 }
 
 /// A cost without measurements up to this far above the bound, relative to it, is near the kink of needed information.
@@ -45,10 +52,10 @@ const KINK: f64 = 1e-3;
 
 /// Results of a task at a design whose plan is in `state`, with gradients of the given kind.
 fn task_visit(
-    task: &Task,
-    phi: &[f64],
-    (kind, aim): (GradientKind, Aim),
-    (weights, needs_nothing): (InformationWeights, Option<f64>),
+    TaskAt { task, phi }: TaskAt,
+    kind: GradientKind,
+    aim: Aim,
+    TaskWeights { weights, needs_nothing }: TaskWeights,
     state: &mut TaskState,
 ) -> Result<TaskVisit, Error> {
     let (mut information_gradient, mut cost_gradient) = (Vec::new(), Vec::new());
@@ -57,7 +64,7 @@ fn task_visit(
     match kind {
         GradientKind::Total => {
             (information, information_by_limit) =
-                information_within(task.at(phi), (weights, bound.as_ref()), state, &mut information_gradient)?;
+                information_within(task.at(phi), weights, bound.as_ref(), state, &mut information_gradient)?;
             state.cost_gradient(task, phi, &mut cost_gradient)?;
         }
         GradientKind::Frozen => {
@@ -123,7 +130,7 @@ impl<'a> Visitor<'a> {
     /// Forgets all visits and starts anew from a design with given plans.
     pub fn restart(&mut self, phi: &[f64], plans: &[Neighbour]) -> Result<&Visit, Error> {
         self.visits.clear();
-        self.visit_from(phi.to_vec(), (phi, plans.iter().collect()), None)
+        self.visit_from(phi.to_vec(), phi, plans.iter().collect(), None)
     }
 
     /// Starts anew from a design, and from now on stays where tasks need no information that need none there, or hardly any.
@@ -182,7 +189,7 @@ impl<'a> Visitor<'a> {
         }
         let nearest = nearest.clone();
         let plans = nearest.tasks.iter().map(|task| &task.plan).collect();
-        self.visit_from(phi, (&nearest.phi, plans), Some(&nearest))?;
+        self.visit_from(phi, &nearest.phi, plans, Some(&nearest))?;
         // Clamping may move the coordinates by rounding; keep the requested ones.
         let last = self.visits.len() - 1;
         self.visits[last].scaled = scaled.to_vec();
@@ -199,7 +206,7 @@ impl<'a> Visitor<'a> {
         let tasks = problem.tasks.iter().zip(states.iter_mut()).zip(&visit.tasks);
         let tasks = tasks.enumerate().map(|(index, ((task, state), known))| {
             state.evaluate(task, &visit.phi, &problem.planning, Some(&known.plan.controls))?;
-            task_visit(task, &visit.phi, (GradientKind::Total, *aim), weighed.of(index, *aim), state)
+            task_visit(task.at(&visit.phi), GradientKind::Total, *aim, weighed.of(index, *aim), state)
         });
         Ok(Visit { tasks: tasks.collect::<Result<_, _>>()?, ..visit.clone() })
     }
@@ -208,16 +215,17 @@ impl<'a> Visitor<'a> {
     fn visit_from(
         &mut self,
         phi: Vec<f64>,
-        (from, plans): (&[f64], Vec<&Neighbour>),
+        from: &[f64],
+        plans: Vec<&Neighbour>,
         known: Option<&Visit>,
     ) -> Result<&Visit, Error> {
         let Self { problem, settings, aim, weighed, scaling, states, .. } = self;
         let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(plans).enumerate();
         let tasks = tasks.map(|(index, ((task, state), plan))| {
             let visit = |finer: usize, state: &mut TaskState| {
-                continue_plan((&problem.planning, task), scaling, (from, &phi), (plan, finer), state)
-                    .map_err(|failed| failed.explain(task, state))?;
-                task_visit(task, &phi, (settings.gradient, *aim), weighed.of(index, *aim), state)
+                let line = Continuation { settings: &problem.planning, task, scaling, from, to: &phi, finer };
+                line.plan(plan, state).map_err(|failed| failed.explain(task, state))?;
+                task_visit(task.at(&phi), settings.gradient, *aim, weighed.of(index, *aim), state)
                     .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
             };
             let found = visit(1, state)?;
@@ -255,6 +263,7 @@ mod tests {
     use super::*;
     use crate::branches::best_of_guesses;
     use crate::plan::Plan;
+    use crate::problem::Task;
 
     /// Two masses that press on a wall, with stiffnesses to design and inaccurate sensors.
     fn two_masses(limits: Vec<Followed>) -> Problem {
@@ -303,9 +312,9 @@ mod tests {
         let near = visitor.restart(&near, &[Neighbour::of(&state.plan)]).unwrap().clone();
         assert!((near.tasks[0].cost - 306.631).abs() < 0.01, "{}", near.tasks[0].cost);
 
-        continue_plan((&problem.planning, task), &scaling, (&near.phi, &far), (&near.tasks[0].plan, 1), &mut state)
-            .ok()
-            .unwrap();
+        let (settings, scaling) = (&problem.planning, &scaling);
+        let line = Continuation { settings, task, scaling, from: &near.phi, to: &far, finer: 1 };
+        line.plan(&near.tasks[0].plan, &mut state).ok().unwrap();
         assert!(state.cost.expected() > 305.0, "{}", state.cost.expected());
         let visit = visitor.visit(&scaling.scaled(&far)).unwrap();
         assert!((visit.tasks[0].cost - 300.22).abs() < 0.05, "{}", visit.tasks[0].cost);
@@ -321,8 +330,10 @@ mod tests {
         best_of_guesses(&problem, task, &near, &mut state).unwrap();
         assert!(state.plan.is_at_limits());
         let held = Neighbour::of(&state.plan);
+        let (settings, scaling) = (&problem.planning, &scaling);
+        let line = Continuation { settings, task, scaling, from: &near, to: &far, finer: 1 };
         let mut continued = |from: &Neighbour| {
-            continue_plan((&problem.planning, task), &scaling, (&near, &far), (from, 1), &mut state).ok().unwrap();
+            line.plan(from, &mut state).ok().unwrap();
             assert!(state.plan.status.is_converged() && state.plan.is_at_limits());
             state.plan.clone()
         };

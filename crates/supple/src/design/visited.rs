@@ -147,7 +147,7 @@ impl TaskVisit {
     /// to be on another branch.
     pub fn leads_up_to(&self, other: &Self, scaling: &Scaling, from: &[f64], to: &[f64]) -> bool {
         let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-        let along = |at: &[f64], gradient: &[f64]| scaling.slope_along((&start, &end), at, gradient);
+        let along = |at: &[f64], gradient: &[f64]| scaling.slope_along(&start, &end, at, gradient);
         let (first, last) = (along(from, &self.cost_gradient), along(to, &other.cost_gradient));
         let surprise = other.cost - self.cost - 0.5 * (first + last);
         largest_difference(&start, &end) <= NEAR

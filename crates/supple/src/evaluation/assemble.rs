@@ -13,7 +13,7 @@ use crate::film::film;
 use crate::pipeline::TaskState;
 use crate::plan::PlanMode;
 use crate::problem::{Task, TaskAt};
-use crate::simulate::{SampleId, sample, sample_number};
+use crate::simulate::{Rollouts, SampleId, sample, sample_number};
 
 pub(super) fn cost_report(TaskAt { task, phi }: TaskAt, state: &TaskState, second_order: Option<f64>) -> CostReport {
     let xi = &state.plan.policy.value_of_information;
@@ -108,7 +108,7 @@ pub(super) fn trajectory_report(
     task: &Task,
     phi: &[f64],
     state: &TaskState,
-    (seed, rollouts): (u64, usize),
+    Rollouts { count: rollouts, seed }: Rollouts,
 ) -> Result<TrajectoryReport, Error> {
     let dt = task.time_step.resolve::<f64>(phi);
     let sigma = &state.belief.corrected;

@@ -90,7 +90,7 @@ pub(super) fn quantity_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: 
     let planned = along_plan(task, phi, plan, &numbers);
     let states: Vec<&[f64]> = run.states.iter().map(Vec::as_slice).collect();
     let controls: Vec<&[f64]> = run.controls.iter().map(Vec::as_slice).collect();
-    let ran = follow(task.at(phi), (&states, &controls), &numbers);
+    let ran = follow(task.at(phi), &states, &controls, &numbers);
     let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
     let curve = |((number, values), run_values): ((FollowedNumber, Vec<f64>), Vec<f64>)| QuantityCurve {
         name: number.channel.name,
@@ -108,13 +108,14 @@ pub(super) fn quantity_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: 
 fn along_plan(task: &Task, phi: &[f64], plan: &Trajectory, numbers: &[FollowedNumber]) -> Vec<Vec<f64>> {
     let states: Vec<&[f64]> = (0..plan.states.count()).map(|step| plan.states.vector(step)).collect();
     let controls: Vec<&[f64]> = (0..plan.controls.count()).map(|step| plan.controls.vector(step)).collect();
-    follow(task.at(phi), (&states, &controls), numbers)
+    follow(task.at(phi), &states, &controls, numbers)
 }
 
 /// Each quantity over time; without the final state if it depends on the control.
 fn follow(
     TaskAt { task, phi }: TaskAt,
-    (states, controls): (&[&[f64]], &[&[f64]]),
+    states: &[&[f64]],
+    controls: &[&[f64]],
     numbers: &[FollowedNumber],
 ) -> Vec<Vec<f64>> {
     let mut along = vec![Vec::with_capacity(states.len()); numbers.len()];

@@ -79,6 +79,10 @@ impl EvaluateOptions {
     fn weights(&self, problem: &Problem) -> InformationWeights {
         self.information.unwrap_or(problem.design.information)
     }
+
+    fn rollouts(&self) -> Rollouts {
+        Rollouts { count: self.rollouts, seed: self.seed }
+    }
 }
 
 impl Problem {
@@ -145,7 +149,7 @@ fn evaluate_task(
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let known = &*state;
     let told = || information_report(task, phi, known);
-    let shown = || trajectory_report(task, phi, known, (options.seed, options.rollouts));
+    let shown = || trajectory_report(task, phi, known, options.rollouts());
     let (information, trajectory) = rayon::join(told, || options.trajectories.then(shown).transpose());
     let (mut information, trajectory) = (information?, trajectory?);
     let counts = options.weights(problem).needed != 0.0;
@@ -158,7 +162,7 @@ fn evaluate_task(
         law_remark = remark;
     }
     Error::check_stop()?;
-    let (gradient, saddle) = gradients(problem, task.at(phi), (options, &information), state)?;
+    let (gradient, saddle) = gradients(problem, task.at(phi), options, &information, state)?;
     let status = if saddle.is_some() { PlanStatus::Indefinite } else { state.plan.status };
     Error::check_stop()?;
     let feasibility = options.feasibility.unwrap_or(problem.design.feasibility);
@@ -200,10 +204,10 @@ fn sampled(
     if options.rollouts == 0 {
         return Ok(None);
     }
-    let rollouts = Rollouts { count: options.rollouts, seed: options.seed };
-    let mut sampled = monte_carlo(task, phi, &state.plan, &state.noise, state.cost.expected(), rollouts)?;
+    let expected = state.cost.expected();
+    let mut sampled = monte_carlo(task, phi, &state.plan, &state.noise, expected, options.rollouts())?;
     let world = World { phi, noise: &state.noise };
-    sampled.finer = on_finer_steps((task, &state.plan), world, options.seed, &sampled)?;
+    sampled.finer = on_finer_steps(task, &state.plan, world, options.seed, &sampled)?;
     Ok(Some(sampled))
 }
 
@@ -260,7 +264,8 @@ const SAME_MINIMUM: f64 = 1e-6;
 fn gradients(
     problem: &Problem,
     TaskAt { task, phi }: TaskAt,
-    (options, information): (&EvaluateOptions, &InformationReport),
+    options: &EvaluateOptions,
+    information: &InformationReport,
     state: &mut TaskState,
 ) -> Result<(Option<GradientReport>, Option<String>), Error> {
     if !options.total_gradient && !options.frozen_gradient {

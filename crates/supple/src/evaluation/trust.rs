@@ -171,7 +171,7 @@ impl Trust {
             };
         }
         let substeps = more_substeps(substeps.unwrap_or(1));
-        let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, (sampled, finer), substeps));
+        let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, sampled, finer, substeps));
         let substeps_advised = coarse.as_ref().and(substeps);
         let shorter_steps_advised = coarse.is_some() && substeps.is_none();
         let of_limit = limit_exceeded(predicted, sampled);
@@ -275,7 +275,8 @@ fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
 /// is inconsistent there, or measurements give different information.
 fn too_coarse(
     predicted: &Predicted,
-    (sampled, finer): (&MonteCarlo, &FinerSteps),
+    sampled: &MonteCarlo,
+    finer: &FinerSteps,
     substeps: Option<usize>,
 ) -> Option<(Verdict, String)> {
     let &FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = finer;

@@ -33,7 +33,8 @@ struct Active {
 /// # Errors
 /// If the trajectory is not a strict local optimum within its limits, or cannot move along them.
 pub(super) fn vary_within_limits(
-    (plan, phi): (&Plan, &[f64]),
+    plan: &Plan,
+    phi: &[f64],
     limits: &dyn Constraints,
     work: &mut GradientWorkspace,
     scratch: &mut Scratch,

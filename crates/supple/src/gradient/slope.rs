@@ -42,7 +42,8 @@ pub(crate) fn slope_by_controls(
     task: &Planned,
     quantity: Quantity,
     feedback: Option<&Matrices>,
-    (work, scratch): (&mut GradientWorkspace, &mut Scratch),
+    work: &mut GradientWorkspace,
+    scratch: &mut Scratch,
     slope: &mut [f64],
     parameters: Option<&mut Vec<f64>>,
 ) -> Stationarity {
@@ -58,11 +59,10 @@ pub(crate) fn slope_by_controls(
         add_functional(task, quantity.functional, work, scratch, &mut direct);
     }
     let m = system.dimensions().controls;
-    let stationarity =
-        sweep_costates((&plan.knots.dynamics, &work.hessian), feedback, &mut work.costates, |t, a, g| {
-            slope[t * m + a] = g;
-            g
-        });
+    let stationarity = sweep_costates(&plan.knots.dynamics, &work.hessian, feedback, &mut work.costates, |t, a, g| {
+        slope[t * m + a] = g;
+        g
+    });
     if let Some(out) = parameters {
         let at = plan.trajectory.points();
         // The gradient of the Lagrangian contains that of the cost with weight 1.

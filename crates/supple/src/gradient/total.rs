@@ -170,10 +170,10 @@ pub fn total_gradient(
     let at = plan.trajectory.points();
     out.clear();
     out.resize(phi.len(), 0.0);
-    work.start_hessian((system, phi), (plan, task.limits()), scratch);
+    work.start_hessian(system, phi, plan, task.limits(), scratch);
     add_functional(task, functional, work, scratch, out);
     if let Some(limits) = task.limits() {
-        let multipliers = &vary_within_limits((plan, phi), limits, work, scratch)?;
+        let multipliers = &vary_within_limits(plan, phi, limits, work, scratch)?;
         let moved = Some(ExcessVariation { joint: &work.variation, multipliers });
         limits.add_excess_parameter_gradient(at, phi, &plan.multipliers, moved, out, scratch);
     } else {

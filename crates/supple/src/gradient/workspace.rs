@@ -72,8 +72,10 @@ impl GradientWorkspace {
     /// The Hessian of the Lagrangian at a plan into `hessian`, with no linear term; `limits` are those that it is at.
     pub(super) fn start_hessian(
         &mut self,
-        (system, phi): (&dyn System, &[f64]),
-        (plan, limits): (&Plan, Option<&dyn Constraints>),
+        system: &dyn System,
+        phi: &[f64],
+        plan: &Plan,
+        limits: Option<&dyn Constraints>,
         scratch: &mut Scratch,
     ) {
         let (hessian, at) = (&mut self.hessian, plan.trajectory.points());

@@ -19,8 +19,10 @@ pub(super) struct Augmented<'a> {
 
 /// How far the numbers of a system exceed limits that are widened, as [`Constraints::excesses_at`].
 pub(super) fn excesses_beyond(
-    (limits, widened): (&dyn Constraints, &[f64]),
-    (at, phi): (Points, &[f64]),
+    limits: &dyn Constraints,
+    widened: &[f64],
+    at: Points,
+    phi: &[f64],
     ends: usize,
     scratch: &mut Scratch,
 ) -> Matrices {
@@ -44,7 +46,7 @@ fn penalty(multiplier: f64, rho: f64, excess: f64) -> f64 {
 
 impl Augmented<'_> {
     fn excesses(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
-        excesses_beyond((self.limits, self.widened), (at, phi), self.multipliers.cols(), scratch)
+        excesses_beyond(self.limits, self.widened, at, phi, self.multipliers.cols(), scratch)
     }
 
     /// What limits add to the cost of a trajectory.

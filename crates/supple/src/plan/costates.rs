@@ -20,7 +20,8 @@ pub(crate) struct Stationarity {
 /// Along a stationary trajectory `K` does not matter. Elsewhere the residual is the slope of the cost by the controls while
 /// the feedback acts, so rounding errors do not grow even if the open loop is unstable.
 pub(crate) fn sweep_costates(
-    (dynamics, cost): (&Matrices, &Matrices),
+    dynamics: &Matrices,
+    cost: &Matrices,
     feedback: Option<&Matrices>,
     costates: &mut Matrices,
     mut left: impl FnMut(usize, usize, f64) -> f64,

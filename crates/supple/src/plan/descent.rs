@@ -92,7 +92,7 @@ pub(crate) struct Step {
 /// Runs a search from its current plan, which becomes the best plan found; returns how it ended. A search without
 /// further progress counts as converged if the plan is stationary up to rounding.
 pub(crate) fn descend<D: Descent>(search: &mut D, settings: &PlanSettings, deadline: Option<Instant>) -> PlanStatus {
-    let (mut mu, mut milestone) = (0.0, (0, f64::INFINITY, f64::INFINITY));
+    let (mut mu, mut milestone) = (0.0, Milestone { iterations: 0, merit: f64::INFINITY, stationarity: f64::INFINITY });
     let (mut hidden, mut least) = (0, f64::INFINITY);
     let status = loop {
         search.measure();
@@ -107,7 +107,7 @@ pub(crate) fn descend<D: Descent>(search: &mut D, settings: &PlanSettings, deadl
         if is_over(deadline) {
             break PlanStatus::TimeLimit;
         }
-        if creeps(&mut milestone, (iterations, merit, stationarity)) || search.gives_up() {
+        if creeps(&mut milestone, Milestone { iterations, merit, stationarity }) || search.gives_up() {
             break PlanStatus::SlowProgress;
         }
         search.plan().iterations += 1;
@@ -142,15 +142,22 @@ pub(crate) fn is_over(deadline: Option<Instant>) -> bool {
     halt::is_requested() || deadline.is_some_and(|deadline| Instant::now() >= deadline)
 }
 
-/// Whether neither merit nor stationarity improved much since the last milestone (its iteration, merit and
-/// stationarity). Sets a new one every [`STRIDE`] iterations, and is false in between.
-fn creeps(milestone: &mut (usize, f64, f64), now: (usize, f64, f64)) -> bool {
-    let (iteration, merit, stationarity) = *milestone;
-    if now.0 < iteration + STRIDE {
+/// How far a search has come.
+struct Milestone {
+    iterations: usize,
+    merit: f64,
+    stationarity: f64,
+}
+
+/// Whether neither merit nor stationarity improved much since the last milestone. Sets a new one every [`STRIDE`]
+/// iterations, and is false in between.
+fn creeps(milestone: &mut Milestone, now: Milestone) -> bool {
+    if now.iterations < milestone.iterations + STRIDE {
         return false;
     }
-    *milestone = now;
-    merit - now.1 <= 1e-6 * (1.0 + now.1.abs()) && now.2 > 0.1 * stationarity
+    let before = std::mem::replace(milestone, now);
+    before.merit - milestone.merit <= 1e-6 * (1.0 + milestone.merit.abs())
+        && milestone.stationarity > 0.1 * before.stationarity
 }
 
 /// One iteration: a step by the refined model, or with as much regularisation as it takes. None if no attempt of this
@@ -164,7 +171,7 @@ fn advance<D: Descent>(search: &mut D, settings: &PlanSettings, mu: &mut f64) ->
     }
     for attempt in 0..D::ATTEMPTS {
         let solved = search.solve(*mu);
-        let failure = match solved.map(|model| search_along(search, settings, model, (settings.max_halvings, 0))) {
+        let failure = match solved.map(|model| search_along(search, settings, model, settings.max_halvings, 0)) {
             Ok(Some(step)) => {
                 *mu = search.ease(*mu, step);
                 return Ok(Some(step));
@@ -187,7 +194,8 @@ pub(crate) fn search_along(
     search: &mut impl Descent,
     settings: &PlanSettings,
     model: Model,
-    (halvings, doublings): (usize, usize),
+    halvings: usize,
+    doublings: usize,
 ) -> Option<Step> {
     let before = search.merit();
     let resolution = 10.0 * (1e-14 * (1.0 + before.abs()));
@@ -200,7 +208,7 @@ pub(crate) fn search_along(
         if merit.is_finite() && (enough || hidden && decrease >= -resolution) {
             let mut step = Step { share, merit, hidden };
             if tried == 0 {
-                lengthen(search, &mut step, (before, resolution), doublings);
+                lengthen(search, &mut step, before, resolution, doublings);
             }
             search.accept(step);
             return Some(step);
@@ -212,7 +220,7 @@ pub(crate) fn search_along(
 
 /// Doubles a step while the merit falls, or changes by less than its resolution from what it was `before`; leaves the best
 /// as the trial.
-fn lengthen(search: &mut impl Descent, step: &mut Step, (before, resolution): (f64, f64), doublings: usize) {
+fn lengthen(search: &mut impl Descent, step: &mut Step, before: f64, resolution: f64, doublings: usize) {
     let mut share = step.share;
     for _ in 0..doublings {
         share *= 2.0;
@@ -346,7 +354,7 @@ mod tests {
     fn whole_steps_are_doubled_while_that_helps() {
         let along = |line: &mut Line, slope, doublings| {
             line.step = 1.0;
-            search_along(line, &PlanSettings::default(), Model::Slope(slope), (3, doublings))
+            search_along(line, &PlanSettings::default(), Model::Slope(slope), 3, doublings)
                 .map(|step| (step.share, step.hidden))
         };
         let far = || Line::new(|x| (x - 9.0).powi(2), |x| 2.0 * (x - 9.0), 2.0);

@@ -45,7 +45,7 @@ pub(super) fn search_free(
         let is_finer = settings.tolerance < asked.settings.tolerance;
         // The plan has met the tolerance that was asked for, whatever ends the search for a finer one.
         let status = if is_finer { PlanStatus::Converged } else { found };
-        let left = finish((problem, asked.settings.curvature), plan, status, scratch)?;
+        let left = finish(problem, asked.settings.curvature, plan, status, scratch)?;
         // Stationarity is relative to 1 plus the slopes of the cost: where these are tiny, any plan may meet it.
         let is_absolute = plan.stationarity <= (1.0 + TINY) * plan.relative_stationarity;
         let is_far = left > MOST_LEFT * plan.nominal_cost.abs();

@@ -30,7 +30,8 @@ const MOST_STALLED: usize = 3;
 /// Where the sensitivity is so large that the exponential of the cost has no finite mean, with one that works.
 pub(crate) fn plan_risk(
     TaskAt { task, phi }: TaskAt,
-    (settings, deadline): (&PlanSettings, Option<Instant>),
+    settings: &PlanSettings,
+    deadline: Option<Instant>,
     plan: &mut Plan,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {

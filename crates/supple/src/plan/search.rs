@@ -231,16 +231,16 @@ impl Search<'_> {
     fn step_by_curvature(&mut self) -> Option<Step> {
         self.find_curvature();
         let settings = self.settings;
-        (0..=CURVATURE_HALVINGS).find_map(|halvings| {
-            if halvings > 0 {
+        (0..=CURVATURE_HALVINGS).find_map(|halved| {
+            if halved > 0 {
                 self.halve_curvature();
             }
             let hessian = Some(&self.work.hessian);
             let model = sweep(self.problem, settings.regularisation.of(0.0), hessian, self.plan).ok()?;
             // If the curvature had to be made positive, the cost may decrease further beyond the minimum of that model.
-            let doublings = if halvings > 0 { NEWTON_DOUBLINGS } else { 0 };
-            let lengths = (settings.max_halvings.min(NEWTON_HALVINGS), doublings);
-            search_along(self, settings, Model::Quadratic(model), lengths)
+            let doublings = if halved > 0 { NEWTON_DOUBLINGS } else { 0 };
+            let halvings = settings.max_halvings.min(NEWTON_HALVINGS);
+            search_along(self, settings, Model::Quadratic(model), halvings, doublings)
         })
     }
 
@@ -248,7 +248,7 @@ impl Search<'_> {
     fn whole_step(&mut self) -> Option<Step> {
         self.find_curvature();
         let model = sweep(self.problem, Regularisation::default(), Some(&self.work.hessian), self.plan).ok();
-        let step = model.and_then(|model| search_along(self, self.settings, Model::Quadratic(model), (0, 0)));
+        let step = model.and_then(|model| search_along(self, self.settings, Model::Quadratic(model), 0, 0));
         if step.is_none() {
             self.newton.whole = 0;
         }
@@ -263,11 +263,12 @@ impl Search<'_> {
         (0..ATTEMPTS_BY_PRODUCTS).find_map(|_| {
             let Self { problem, plan, work, scratch, newton, settings, .. } = self;
             let Truncated { feedforward, decrease, length, ends } =
-                truncated_newton((*problem, plan), (&slope, newton.radius), &mut work.hessian, scratch)?;
+                truncated_newton(*problem, plan, &slope, newton.radius, &mut work.hessian, scratch)?;
             plan.policy.feedforward.copy_from(&feedforward);
-            let lengths = (settings.max_halvings.min(NEWTON_HALVINGS), if ends { NEWTON_DOUBLINGS } else { 0 });
+            let (halvings, doublings) =
+                (settings.max_halvings.min(NEWTON_HALVINGS), if ends { NEWTON_DOUBLINGS } else { 0 });
             let settings = *settings;
-            let step = search_along(self, settings, Model::Quadratic(decrease), lengths);
+            let step = search_along(self, settings, Model::Quadratic(decrease), halvings, doublings);
             let made = step.map_or(LEAST_TRUST, |step| step.share);
             self.newton.whole = if made == 1.0 && !ends { self.newton.whole + 1 } else { 0 };
             // A whole step may be longer next time.

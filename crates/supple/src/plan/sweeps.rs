@@ -45,8 +45,9 @@ pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
             bounds.project(a, controls.vector(t)[a], slope)
         }
     };
-    let (knots, feedback) = ((&plan.knots.dynamics, &plan.knots.cost), Some(&plan.policy.feedback));
-    let Stationarity { residual, scale, step, control } = sweep_costates(knots, feedback, &mut plan.costates, left);
+    let (dynamics, cost, feedback) = (&plan.knots.dynamics, &plan.knots.cost, Some(&plan.policy.feedback));
+    let Stationarity { residual, scale, step, control } =
+        sweep_costates(dynamics, cost, feedback, &mut plan.costates, left);
     plan.steepest = (step, control);
     plan.stationarity = residual;
     plan.relative_stationarity = residual / (1.0 + scale);
@@ -56,7 +57,8 @@ pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
 /// of the cost is exact, or Gauss-Newton's if a converged plan has no control law with the exact one. Returns by how much
 /// the law would lower the cost further, as it predicts.
 pub(crate) fn finish(
-    (problem, curvature): (NominalProblem, CostCurvature),
+    problem: NominalProblem,
+    curvature: CostCurvature,
     plan: &mut Plan,
     status: PlanStatus,
     scratch: &mut Scratch,
@@ -69,7 +71,7 @@ pub(crate) fn finish(
     plan.curvature = Curvature::Exact;
     plan.objective = plan.nominal_cost;
     let left = |found: Decrease| -(found.linear + found.quadratic);
-    let law = |plan: &mut Plan| solve(problem, (Regularisation::default(), true), None, plan).map(left);
+    let law = |plan: &mut Plan| solve(problem, Regularisation::default(), true, None, plan).map(left);
     let convex = match curvature {
         CostCurvature::Exact => false,
         CostCurvature::GaussNewton => true,
@@ -87,7 +89,7 @@ pub(crate) fn finish(
     }
     let mut mu = 0.0;
     loop {
-        let error = match solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
+        let error = match solve(problem, Regularisation { control: mu, state: 0.0 }, true, None, plan) {
             Ok(found) => return Ok(left(found)),
             Err(error) => error,
         };
@@ -118,12 +120,13 @@ pub(crate) fn sweep(
     hessian: Option<&Matrices>,
     plan: &mut Plan,
 ) -> Result<Decrease, Error> {
-    solve(problem, (regularisation, false), hessian, plan)
+    solve(problem, regularisation, false, hessian, plan)
 }
 
 fn solve(
     problem: NominalProblem,
-    (regularisation, with_value): (Regularisation, bool),
+    regularisation: Regularisation,
+    with_value: bool,
     hessian: Option<&Matrices>,
     plan: &mut Plan,
 ) -> Result<Decrease, Error> {

@@ -30,8 +30,10 @@ pub(super) struct Truncated {
 /// its roots; no longer than a radius, by default than the sweep's own step. `None` if there is no such step. `exact`
 /// is memory for the curvature of the cost.
 pub(super) fn truncated_newton(
-    (problem, plan): (NominalProblem, &Plan),
-    (slope, radius): (&[f64], Option<f64>),
+    problem: NominalProblem,
+    plan: &Plan,
+    slope: &[f64],
+    radius: Option<f64>,
     exact: &mut Matrices,
     scratch: &mut Scratch,
 ) -> Option<Truncated> {

@@ -224,11 +224,12 @@ impl<'a> Rounds<'a> {
         plan.multipliers = held.multipliers.clone();
         (self.penalties, self.growths) = (held.penalties.clone(), held.growths);
         let missed = self.missed(plan, scratch);
-        let status = self.rounds(settings, (missed, HELD_TOLERANCE, Patience::CloseOrNever), plan, work, scratch);
+        let asked = Asked::of(settings, Patience::CloseOrNever);
+        let status = self.rounds(asked, missed, HELD_TOLERANCE, plan, work, scratch);
         plan.iterations = self.iterations;
         let ends = status == PlanStatus::TimeLimit || status.is_converged() && self.is_kept(plan, scratch);
         if ends {
-            self.finish((plan, settings), status, scratch)?;
+            self.finish(plan, settings, status, scratch)?;
         }
         Ok(ends)
     }
@@ -246,8 +247,8 @@ impl<'a> Rounds<'a> {
     }
 
     fn excesses(&self, plan: &Plan, scratch: &mut Scratch) -> Matrices {
-        let at = (plan.trajectory.points(), self.problem.phi);
-        excesses_beyond((self.limits, &self.widened), at, self.bounds.len(), scratch)
+        let at = plan.trajectory.points();
+        excesses_beyond(self.limits, &self.widened, at, self.problem.phi, self.bounds.len(), scratch)
     }
 
     /// How far the plan is from meeting its limits, and its multipliers from being 0 where limits are inactive, in
@@ -280,7 +281,8 @@ impl<'a> Rounds<'a> {
         let exceeds = |excess: f64, bound: f64| excess > NEAR * bound.abs();
         let (free, by_little) = (plan.trajectory.controls.clone(), !self.is_any(plan, scratch, exceeds));
         let from_guess = !by_little && self.start_from_better(guess, plan, scratch);
-        let mut status = self.rounds(settings, (missed, FIRST_TOLERANCE, Patience::Close), plan, work, scratch);
+        let asked = Asked::of(settings, Patience::Close);
+        let mut status = self.rounds(asked, missed, FIRST_TOLERANCE, plan, work, scratch);
         let is_last = matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations)
             || status.is_converged() && self.is_kept(plan, scratch);
         if !is_last && (from_guess || by_little) {
@@ -294,13 +296,13 @@ impl<'a> Rounds<'a> {
             self.penalties = self.first_penalties(plan, scratch);
             self.growths = 0;
             if from_guess || self.start_from_better(guess, plan, scratch) {
-                status = self.rounds(settings, (missed, FIRST_TOLERANCE, Patience::Close), plan, work, scratch);
+                status = self.rounds(asked, missed, FIRST_TOLERANCE, plan, work, scratch);
             } else {
                 (plan.trajectory.controls, plan.multipliers) = ended;
                 (self.penalties, self.growths) = stiffness;
             }
         }
-        self.finish((plan, settings), status, scratch)
+        self.finish(plan, settings, status, scratch)
     }
 
     /// Rounds from the plan without limits, within limits that begin where it is, and are narrowed to the given ones step by
@@ -326,7 +328,8 @@ impl<'a> Rounds<'a> {
             self.widened = widest.iter().map(|widest| next * widest).collect();
             let settings = if next > 0.0 { &loose } else { settings };
             let missed = self.missed(plan, scratch);
-            status = self.rounds(settings, (missed, FIRST_TOLERANCE, Patience::Close), plan, work, scratch);
+            let asked = Asked::of(settings, Patience::Close);
+            status = self.rounds(asked, missed, FIRST_TOLERANCE, plan, work, scratch);
             let is_late = status == PlanStatus::TimeLimit || self.iterations - free > settings.max_iterations;
             if status.is_converged() && self.is_kept(plan, scratch) {
                 (share, step) = (next, step * LONGER_NARROWING);
@@ -343,7 +346,7 @@ impl<'a> Rounds<'a> {
         }
         self.widened.clear();
         let status = if share > 0.0 && status.is_converged() { PlanStatus::LimitsExceeded } else { status };
-        self.finish((plan, settings), status, scratch)
+        self.finish(plan, settings, status, scratch)
     }
 
     /// Takes back all but so many growths of the penalties.
@@ -357,12 +360,14 @@ impl<'a> Rounds<'a> {
     /// Rounds until limits are kept and the plan is stationary, or what ended them, given by how much they were missed before.
     fn rounds(
         &mut self,
-        settings: &PlanSettings,
-        (mut missed, mut tolerance, patience): (f64, f64, Patience),
+        asked: Asked,
+        mut missed: f64,
+        mut tolerance: f64,
         plan: &mut Plan,
         work: &mut PlanWorkspace,
         scratch: &mut Scratch,
     ) -> PlanStatus {
+        let Asked { settings, patience, .. } = asked;
         let mut stuck = 0;
         let mut status = PlanStatus::LimitsExceeded;
         for _ in 0..MOST_ROUNDS {
@@ -370,7 +375,7 @@ impl<'a> Rounds<'a> {
             let last = settings.tolerance.max(self.rounding(plan));
             tolerance = if missed <= 1.0 { last } else { (tolerance / TIGHTER).max(last) };
             let tighter = settings.to_tolerance(tolerance);
-            status = self.round((Asked::of(&tighter, patience), missed), plan, work, scratch);
+            status = self.round(Asked { settings: &tighter, ..asked }, missed, plan, work, scratch);
             let is_lost = patience == Patience::CloseOrNever && !status.is_converged();
             if is_lost || matches!(status, PlanStatus::TimeLimit | PlanStatus::MaxIterations) {
                 break;
@@ -454,7 +459,8 @@ impl<'a> Rounds<'a> {
     /// multipliers.
     fn round(
         &mut self,
-        (asked, missed): (Asked, f64),
+        asked: Asked,
+        missed: f64,
         plan: &mut Plan,
         work: &mut PlanWorkspace,
         scratch: &mut Scratch,
@@ -479,7 +485,8 @@ impl<'a> Rounds<'a> {
     /// The final sweep, of the cost with the multipliers' slopes and the cost's own curvature.
     fn finish(
         self,
-        (plan, settings): (&mut Plan, &PlanSettings),
+        plan: &mut Plan,
+        settings: &PlanSettings,
         status: PlanStatus,
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
@@ -493,8 +500,7 @@ impl<'a> Rounds<'a> {
             Augmented { system: problem.system, limits, multipliers: &multipliers, penalties: None, widened: &[] };
         let status = if status.is_converged() && !kept { PlanStatus::LimitsExceeded } else { status };
         let finished =
-            finish((NominalProblem { system: &system, ..problem }, settings.curvature), plan, status, scratch)
-                .map(drop);
+            finish(NominalProblem { system: &system, ..problem }, settings.curvature, plan, status, scratch).map(drop);
         // The knots are those of the cost itself.
         set_curvature(problem, plan.curvature, plan, scratch);
         plan.multipliers = multipliers;

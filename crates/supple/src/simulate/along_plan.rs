@@ -19,7 +19,7 @@ impl Controller {
         rollouts: Rollouts,
     ) -> Result<MonteCarlo, Error> {
         let world = World { phi, noise: &self.noise };
-        sampled(task, (&self.as_plan(), Some(self)), world, predicted, rollouts)
+        sampled(task, &self.as_plan(), Some(self), world, predicted, rollouts)
     }
 
     /// The first sample of [`monte_carlo`](Self::monte_carlo), recorded step by step.
@@ -27,7 +27,7 @@ impl Controller {
     /// # Errors
     /// Where a covariance is indefinite.
     pub fn sample(&self, task: &Task, phi: &[f64], seed: u64) -> Result<Sample, Error> {
-        sample_of(task, (&self.as_plan(), Some(self)), World { phi, noise: &self.noise }, SampleId { seed, number: 0 })
+        sample_of(task, &self.as_plan(), Some(self), World { phi, noise: &self.noise }, SampleId { seed, number: 0 })
     }
 
     /// A plan with its trajectory and control law: all that roll-outs read of a plan.

@@ -102,7 +102,7 @@ impl ClosedLoop {
                 return Err(Error::Stopped);
             }
             self.measure(setting, t);
-            self.correct(&filter, setting, (t, record.is_some()))?;
+            self.correct(&filter, setting, t, record.is_some())?;
             if let Some(knowing) = &knowing {
                 self.tell(knowing, setting, t)?;
             }
@@ -130,9 +130,11 @@ impl ClosedLoop {
         }
         let Truth { system, phi, .. } = setting.truth;
         if let Some(watch) = setting.watch {
-            let end = (task.steps, &self.states, &self.controls, true);
+            let Self { states, controls, .. } = self;
+            let times = Times::At(task.steps);
+            let at = Points { states, controls, stages: states.count(), has_end: false, times };
             let reached = self.outcomes.iter_mut().map(|outcome| &mut outcome.limits[..]);
-            watch.look((system, phi, 1), end, reached, &mut self.scratch);
+            watch.look(setting.truth, 1, at, true, reached, &mut self.scratch);
         }
         system.final_costs(&self.states, phi, &mut self.stage_costs, &mut self.scratch);
         for (outcome, last) in self.outcomes.iter_mut().zip(&self.stage_costs) {
@@ -196,10 +198,10 @@ impl ClosedLoop {
 
     /// Lets the controllers' filters take in the measurement of step `t`. A sample that is not finite has diverged: it
     /// restarts without disturbing the others, and no longer counts.
-    fn correct(&mut self, filter: &Filter, setting: LoopSetting, (t, recorded): (usize, bool)) -> Result<(), Error> {
+    fn correct(&mut self, filter: &Filter, setting: LoopSetting, t: usize, recorded: bool) -> Result<(), Error> {
         for sample in 0..self.outcomes.len() {
             if !(is_finite(self.filters.means.vector(sample)) && is_finite(self.measured.vector(sample))) {
-                self.set_aside(setting, (t, sample));
+                self.set_aside(setting, t, sample);
             }
         }
         if recorded && self.outcomes[0].diverged {
@@ -215,7 +217,7 @@ impl ClosedLoop {
             if t == 0 || aside == self.outcomes.len() || recorded && sample == 0 {
                 return Err(Error::not_definite(what, t));
             }
-            self.set_aside(setting, (t, sample));
+            self.set_aside(setting, t, sample);
             aside += 1;
         }
     }
@@ -266,7 +268,7 @@ impl ClosedLoop {
     }
 
     /// Counts a sample as diverged at step `t`, and resets it to a state where it can be computed.
-    fn set_aside(&mut self, setting: LoopSetting, (t, sample): (usize, usize)) {
+    fn set_aside(&mut self, setting: LoopSetting, t: usize, sample: usize) {
         let LoopSetting { task, believed, truth: Truth { system, phi, .. }, .. } = setting;
         self.outcomes[sample].diverged = true;
         for (x, value) in self.states.vector_mut(sample).iter_mut().zip(&task.initial_state) {
@@ -299,7 +301,7 @@ impl ClosedLoop {
         let Self { states, controls, next, stage_costs, outcomes, scratch, .. } = self;
         let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
         truth.system.stage_costs(at, truth.phi, stage_costs, scratch);
-        setting.move_on((t, states, controls), next, outcomes, scratch);
+        setting.move_on(t, states, controls, next, outcomes, scratch);
         states.copy_from(next);
         let noise = factors.process.at(t);
         for (sample, random) in self.random.iter_mut().enumerate() {

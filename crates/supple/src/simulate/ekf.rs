@@ -107,7 +107,7 @@ impl ExtendedKalman<'_> {
         }
         let noise = match self.varying {
             [] => SampleNoise::Shared(self.noise.measurement.at(t)),
-            _ => SampleNoise::Each(self.vary((t, means), variances)),
+            _ => SampleNoise::Each(self.vary(t, means, variances)),
         };
         correct_each(knots, picks, noise, belief)?;
         if let Some(picks) = picks {
@@ -135,7 +135,7 @@ impl ExtendedKalman<'_> {
     }
 
     /// `V` of each sample at its estimate.
-    fn vary<'v>(&self, (t, means): (usize, &Matrices), variances: &'v mut Matrices) -> &'v Matrices {
+    fn vary<'v>(&self, t: usize, means: &Matrices, variances: &'v mut Matrices) -> &'v Matrices {
         for sample in 0..means.count() {
             variances.at_mut(sample).copy_from_slice(self.noise.measurement.at(t));
         }

@@ -50,7 +50,7 @@ fn correct_along(controller: &Controller, t: usize, measured: &Matrices, batch: 
     for sample in 0..batch.count() {
         let mean = batch.means.vector_mut(sample);
         subtract(mean, xbar, &mut before);
-        controller.correct(t, measured.vector(sample), (&before, &mut innovation), mean);
+        controller.correct(t, measured.vector(sample), &before, &mut innovation, mean);
         add(mean, xbar);
         batch.belief.corrected.at_mut(sample).copy_from_slice(controller.corrected.at(t));
         batch.innovations[sample] = Innovation::of(&mut innovation, factor.at(0), factor.stride());

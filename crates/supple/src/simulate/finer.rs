@@ -28,7 +28,8 @@ fn most_repeated(states: usize) -> usize {
 /// # Errors
 /// Where a covariance is indefinite.
 pub(crate) fn on_finer_steps(
-    (task, plan): (&Task, &Plan),
+    task: &Task,
+    plan: &Plan,
     world: World,
     seed: u64,
     sampled: &MonteCarlo,

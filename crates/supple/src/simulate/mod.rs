@@ -105,7 +105,7 @@ pub fn monte_carlo(
     predicted: f64,
     rollouts: Rollouts,
 ) -> Result<MonteCarlo, Error> {
-    sampled(task, (plan, None), World { phi, noise }, predicted, rollouts)
+    sampled(task, plan, None, World { phi, noise }, predicted, rollouts)
 }
 
 /// Costs of roll-outs of a plan whose filter assumes one world while another one is true; infinite where they
@@ -129,7 +129,8 @@ pub fn sampled_costs(task: &Task, plan: &Plan, worlds: Worlds, rollouts: Rollout
 /// Roll-outs in the world that the filter assumes: with the extended filter, or with a controller's.
 fn sampled(
     task: &Task,
-    (plan, along): (&Plan, Option<&Controller>),
+    plan: &Plan,
+    along: Option<&Controller>,
     world: World,
     predicted: f64,
     rollouts: Rollouts,

@@ -63,13 +63,14 @@ pub fn sample(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise, seed: u64) -
 ///
 /// Example: [`monte_carlo`](crate::simulate::monte_carlo).
 pub fn sample_number(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise, which: SampleId) -> Result<Sample, Error> {
-    sample_of(task, (plan, None), World { phi, noise }, which)
+    sample_of(task, plan, None, World { phi, noise }, which)
 }
 
 /// A sample of a plan, with the extended filter or a controller's filter.
 pub(super) fn sample_of(
     task: &Task,
-    (plan, along): (&Plan, Option<&Controller>),
+    plan: &Plan,
+    along: Option<&Controller>,
     world: World,
     SampleId { seed, number }: SampleId,
 ) -> Result<Sample, Error> {

@@ -51,7 +51,9 @@ impl<'a> LoopSetting<'a> {
     /// Moves all states of step `t` on, without noise, and looks at limits on the way.
     pub fn move_on(
         &self,
-        (t, states, controls): (usize, &Matrices, &Matrices),
+        t: usize,
+        states: &Matrices,
+        controls: &Matrices,
         next: &mut Matrices,
         outcomes: &mut [Outcome],
         scratch: &mut Scratch,
@@ -64,7 +66,7 @@ impl<'a> LoopSetting<'a> {
         let mut look = |states: &Matrices, scratch: &mut Scratch| {
             if let Some(watch) = self.watch {
                 let reached = outcomes.iter_mut().map(|outcome| &mut outcome.limits[..]);
-                watch.look((system, phi, steps), (t, states, controls, false), reached, scratch);
+                watch.look(self.truth, steps, Points { states, ..at }, false, reached, scratch);
             }
         };
         look(states, scratch);

@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 use supple_model::limits::LIMIT_TOLERANCE;
-use supple_model::system::{Points, System, Times};
+use supple_model::system::Points;
 use supple_model::{Trajectory, or_nan};
 
+use super::truth::Truth;
 use crate::limited::{LimitedNumber, Of};
 use crate::problem::TaskAt;
 
@@ -119,18 +120,20 @@ impl Watch {
         vec![Reach { most: f64::NEG_INFINITY, beyond: 0 }; self.sides.len()]
     }
 
-    /// Looks at all samples at step `t` under their controls, which are none at the end.
+    /// Looks at all samples at their states under their controls, which are none at the end; each step is taken in
+    /// `parts`.
     pub fn look<'r>(
         &self,
-        (system, phi, parts): (&dyn System, &[f64], usize),
-        (t, states, controls, is_end): (usize, &Matrices, &Matrices, bool),
+        Truth { system, phi, .. }: Truth,
+        parts: usize,
+        at: Points,
+        is_end: bool,
         reached: impl Iterator<Item = &'r mut [Reach]>,
         scratch: &mut Scratch,
     ) {
-        let stages = states.count();
+        let Points { states, controls, stages, .. } = at;
         let mut quantities = Matrices::vectors(stages, self.quantities);
         if self.numbers.iter().any(|number| matches!(number.of, Of::Quantity { .. })) {
-            let at = Points { states, controls, stages, has_end: false, times: Times::At(t) };
             system.follow_limited(parts, at, phi, &mut quantities, scratch);
         }
         for (sample, reached) in reached.enumerate() {

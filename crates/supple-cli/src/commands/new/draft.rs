@@ -81,7 +81,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(Stri
             substeps: None,
         };
         let rules = |longer| Rules::of(&limb, start, template, &asked.set, longer);
-        let tried = best_at(rules, draft, &mut longer, (template, path))?.or_better(best);
+        let tried = best_at(rules, draft, &mut longer, template, path)?.or_better(best);
         let is_enough = tried.faults.is_empty() || number + 1 >= FEW_TRIES && tried.is_sound();
         best = Some(tried);
         if is_enough {
@@ -189,7 +189,8 @@ fn best_at<'a>(
     rules: impl Fn(f64) -> Result<Rules, Failure>,
     draft: impl Fn(Rules, bool) -> Draft<'a>,
     longer: &mut f64,
-    (template, path): (Template, &str),
+    template: Template,
+    path: &str,
 ) -> Result<Tried<'a>, Failure> {
     let (mut best, mut correction) = (None, 0);
     loop {

@@ -179,7 +179,7 @@ impl Reading<'_> {
             verbose,
         };
         let output = Output { out: Some(tidy(&self.out.join(&name))), json: false };
-        let command = StudyCommand::read(&run, self.table(place)?.beside(STEP_KEYS), (task, output));
+        let command = StudyCommand::read(&run, self.table(place)?.beside(STEP_KEYS), task, output);
         let Some(command) = command else {
             let studies = StudyCommand::augment_subcommands(clap::Command::new(""));
             let studies: Vec<&str> = studies.get_subcommands().map(clap::Command::get_name).collect();

@@ -74,7 +74,7 @@ fn half<S: Scalar>(r: &[[S; 3]; 3]) -> Pose<S> {
 }
 
 /// `-(k x + d x')` per axis, with `x` evaluated at the end of an implicit step.
-fn resist<S: Scalar>(own: &Own<S>, (k, x): ([Value; 3], [S; 3]), (d, rate): ([Value; 3], [S; 3])) -> [S; 3] {
+fn resist<S: Scalar>(own: &Own<S>, k: [Value; 3], x: [S; 3], d: [Value; 3], rate: [S; 3]) -> [S; 3] {
     let lead = own.lead();
     let mut out = [S::zero(); 3];
     for i in 0..3 {
@@ -112,11 +112,11 @@ impl Bushing {
         let b = half(&relative.rotation);
         // The half-way frame rotates at half the angular velocity.
         let seen = sub(v, cross(scale(S::constant(0.5), w), p));
-        let force = resist(own, (self.stiffness, b.unrotate(p)), (self.damping, b.unrotate(seen)));
+        let force = resist(own, self.stiffness, b.unrotate(p), self.damping, b.unrotate(seen));
 
         let (angles, n) = angles(&relative.rotation);
         let rates = n.map(|row| dot(row, w));
-        let t = resist(own, (self.torsional_stiffness, angles), (self.torsional_damping, rates));
+        let t = resist(own, self.torsional_stiffness, angles, self.torsional_damping, rates);
         let torque = add(add(scale(t[0], n[0]), scale(t[1], n[1])), scale(t[2], n[2]));
         (Wrench { torque, force: b.rotate(force) }, p)
     }

@@ -84,7 +84,7 @@ impl Robot {
     }
 
     /// What stands in for a link that has meshes, or no visual shapes; and the shapes, if it has any.
-    fn shapes(&self, at: &Point<f64>, (numbers, size): (&Numbers<f64>, f64), link: usize) -> Vec<Shape> {
+    fn shapes(&self, at: &Point<f64>, numbers: &Numbers<f64>, size: f64, link: usize) -> Vec<Shape> {
         let described = &self.bodies.robot.links[link];
         let moves = self.bodies.tree.body_of(link).is_some();
         let real = described.primitives.iter().map(|primitive| Shape {
@@ -165,7 +165,7 @@ impl Robot {
         };
         let bodies = self.bodies.robot.links.iter().enumerate().map(|(link, described)| PlacedBody {
             name: described.name.clone(),
-            shapes: self.shapes(at, (&now.numbers, size), link).into_iter().chain(balls_of(link)).collect(),
+            shapes: self.shapes(at, &now.numbers, size, link).into_iter().chain(balls_of(link)).collect(),
             meshes: described.meshes.iter().map(mesh).collect(),
             pose: now.kinematics.poses()[link],
         });

@@ -19,7 +19,8 @@ impl Callback {
     pub(super) fn check_finite(
         &self,
         what: &str,
-        (at, phi): (&Points, &[f64]),
+        at: &Points,
+        phi: &[f64],
         first: usize,
         numbers: &[f64],
         width: usize,

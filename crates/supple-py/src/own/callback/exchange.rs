@@ -148,7 +148,9 @@ pub fn poison(out: &mut Matrices) {
 pub fn write_quadratics(
     out: &mut Matrices,
     first: usize,
-    (count, width, joint): (usize, usize, usize),
+    count: usize,
+    width: usize,
+    joint: usize,
     found: Option<&[Vec<f64>; 2]>,
 ) {
     let nothing = vec![f64::NAN; width * width];

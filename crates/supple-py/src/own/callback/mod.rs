@@ -206,7 +206,7 @@ impl System for Callback {
         arguments.push(numbers(phi));
         let found = self.call("dynamics_jacobians", arguments, [&[at.stages, n, joint]]);
         if let Some([found]) = &found {
-            self.check_finite("derivatives of `step`", (&at, phi), 0, found, n * joint);
+            self.check_finite("derivatives of `step`", &at, phi, 0, found, n * joint);
         }
         fill(out, found.as_ref().map(|[found]| &**found), at.stages, n, joint);
     }
@@ -217,7 +217,7 @@ impl System for Callback {
         let arguments = vec![vectors(at.states, 0, count), numbers(phi)];
         let found = self.call("measurement_jacobians", arguments, [&[count, p, n]]);
         if let Some([found]) = &found {
-            self.check_finite("derivatives of `observe`", (&at, phi), 0, found, p * n);
+            self.check_finite("derivatives of `observe`", &at, phi, 0, found, p * n);
         }
         fill(out, found.as_ref().map(|[found]| &**found), count, p, n);
     }
@@ -229,19 +229,19 @@ impl System for Callback {
             arguments.push(numbers(phi));
             let shapes: [&[usize]; 2] = [&[at.stages, joint, joint], &[at.stages, joint]];
             let found = self.call("stage_quadratics", arguments, shapes);
-            write_quadratics(out, 0, (at.stages, joint, joint), found.as_ref());
+            write_quadratics(out, 0, at.stages, joint, joint, found.as_ref());
             if let Some([second, first]) = &found {
-                self.check_finite("second derivatives of `cost`", (&at, phi), 0, second, joint * joint);
-                self.check_finite("derivatives of `cost`", (&at, phi), 0, first, joint);
+                self.check_finite("second derivatives of `cost`", &at, phi, 0, second, joint * joint);
+                self.check_finite("derivatives of `cost`", &at, phi, 0, first, joint);
             }
         }
         for end in Self::ends(&at) {
             let arguments = vec![vectors(at.states, end, 1), numbers(phi)];
             let found = self.call("final_quadratics", arguments, [&[1, n, n], &[1, n]]);
-            write_quadratics(out, end, (1, n, joint), found.as_ref());
+            write_quadratics(out, end, 1, n, joint, found.as_ref());
             if let Some([second, first]) = &found {
-                self.check_finite("second derivatives of `final_cost`", (&at, phi), end, second, n * n);
-                self.check_finite("derivatives of `final_cost`", (&at, phi), end, first, n);
+                self.check_finite("second derivatives of `final_cost`", &at, phi, end, second, n * n);
+                self.check_finite("derivatives of `final_cost`", &at, phi, end, first, n);
             }
         }
         if curvature == Curvature::GaussNewton {
@@ -262,7 +262,7 @@ impl System for Callback {
         arguments.extend([vectors(costates, 1, at.stages), numbers(phi)]);
         let found = self.call("dynamics_curvature", arguments, [&[at.stages, joint, joint]]);
         let Some([found]) = found else { return poison(out) };
-        self.check_finite("second derivatives of `step`", (&at, phi), 0, &found, joint * joint);
+        self.check_finite("second derivatives of `step`", &at, phi, 0, &found, joint * joint);
         for (t, own) in found.chunks(joint * joint).enumerate() {
             write(out, t, own, joint, add);
         }
@@ -288,7 +288,7 @@ impl System for Callback {
                 return;
             };
             let what = format!("derivatives of a higher order (`{name}`)");
-            self.check_finite(&what, (&at, phi), first, &by_point, width);
+            self.check_finite(&what, &at, phi, first, &by_point, width);
             for (offset, own) in by_point.chunks(width).enumerate() {
                 let (stride, matrix) = (joint.stride(), joint.at_mut(first + offset));
                 own.iter().enumerate().for_each(|(i, number)| matrix[i * stride + z] += number);

@@ -7,7 +7,7 @@ use supple_model::ParameterHandle;
 use supple_model::parameters::{CatalogueEntry, Parameter};
 
 use crate::Error;
-use crate::branches::{BranchSearch, best_plan, cost_of_branch, search_branches};
+use crate::branches::{BranchSearch, GivenPlan, best_plan, search_branches};
 use crate::continuation::Scaling;
 use crate::design::{
     CatalogueDesign, CatalogueMethod, Combination, Control, Event, KeptCombinations, NoObserver, Searcher, StartSummary,
@@ -151,7 +151,7 @@ impl<'a> Choosing<'a> {
         let plan = |(index, task)| {
             let mut state = TaskState::new(task);
             best_plan(problem, task, &phi, self.continuous.controls.get(index), &mut state)?;
-            let given = (&state.plan.trajectory.controls, cost_of_branch(&state));
+            let given = GivenPlan::of(&state);
             let stream = (index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let search = BranchSearch {
                 seed: settings.seed ^ stream,

@@ -45,25 +45,25 @@ impl Draft<'_> {
             let limits = &self.limb.planning.robot.joints[joints[dof]].limits;
             [limits.lower, limits.upper]
         };
-        self.limits(text, ("joint_position", str::to_owned), ["rad", "m"], range);
+        self.limits(text, "joint_position", str::to_owned, ["rad", "m"], range);
     }
 
     /// Speeds of joints, where the file gives them.
     fn speeds(&self, text: &mut String) {
         let joints = self.limb.planning.tree.joint_indices();
         let speed = |dof: usize| up_to(self.limb.planning.robot.joints[joints[dof]].limits.velocity);
-        self.limits(text, ("joint_velocity", str::to_owned), ["rad/s", "m/s"], speed);
+        self.limits(text, "joint_velocity", str::to_owned, ["rad/s", "m/s"], speed);
     }
 
     /// Torques and forces of drives, where the file gives them.
     fn efforts(&self, text: &mut String) {
         let (driven, efforts) = (self.limb.driven(), self.limb.efforts());
         let effort = |dof: usize| up_to(if driven.contains(&dof) { efforts[dof] } else { f64::INFINITY });
-        let of_drives: (&str, fn(&str) -> String) = match self.is_by_torque() {
+        let (kind, select): (&str, fn(&str) -> String) = match self.is_by_torque() {
             true => ("control", |joint| format!("tau.{joint}")),
             false => ("drive_effort", str::to_owned),
         };
-        self.limits(text, of_drives, ["N m", "N"], effort);
+        self.limits(text, kind, select, ["N m", "N"], effort);
     }
 
     /// Limits of joints that turn and of those that slide, in their units, where the file gives them; `select` names
@@ -71,7 +71,8 @@ impl Draft<'_> {
     fn limits(
         &self,
         text: &mut String,
-        (kind, select): (&str, fn(&str) -> String),
+        kind: &str,
+        select: fn(&str) -> String,
         units: [&str; 2],
         range: impl Fn(usize) -> [f64; 2],
     ) {
@@ -82,7 +83,7 @@ impl Draft<'_> {
             let given = of_kind.map(|(dof, joint)| (select(&joint.name), range(dof)));
             let is_limit = |[lower, upper]: [f64; 2]| lower.is_finite() && upper.is_finite() && lower < upper;
             let (names, ranges): (Vec<_>, Vec<_>) = given.filter(|(_, range)| is_limit(*range)).unzip();
-            limit(text, kind, (&names, &ranges), unit, self.enforced);
+            limit(text, kind, &names, &ranges, unit, self.enforced);
         }
     }
 
@@ -119,7 +120,7 @@ fn up_to(most: f64) -> [f64; 2] {
 }
 
 /// A limit on both sides, where there is anything to limit.
-fn limit(text: &mut String, kind: &str, (select, ranges): (&[String], &[[f64; 2]]), unit: &str, enforced: bool) {
+fn limit(text: &mut String, kind: &str, select: &[String], ranges: &[[f64; 2]], unit: &str, enforced: bool) {
     if select.is_empty() {
         return;
     }
