@@ -52,6 +52,7 @@ pub mod aims;
 mod belief_plan;
 pub mod bound;
 mod branches;
+mod candidates;
 pub mod check;
 mod continuation;
 mod controller;

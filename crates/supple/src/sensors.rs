@@ -7,7 +7,7 @@ pub use supple_lqg::sensors::{
 };
 
 use crate::Error;
-use crate::branches::best_plan;
+use crate::candidates::best_plan;
 use crate::evaluation::PlanCheck;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};

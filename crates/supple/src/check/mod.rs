@@ -15,7 +15,7 @@ pub use facts::Fact;
 pub use gradients::{ComparedGradient, ComparedGradients, compare_gradients};
 
 use crate::Error;
-use crate::branches::best_of_guesses;
+use crate::candidates::best_of_guesses;
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task};

@@ -10,7 +10,7 @@ use supple_model::system::{Points, Variation};
 use super::compare::{Entries, Row};
 use super::differences::{Difference, differentiate};
 use super::system::{FIRST_ORDER, HIGHER_ORDER, SystemCheck, differencing};
-use crate::branches::uniform;
+use crate::candidates::uniform;
 
 /// The longest step of a parameter, relative to its size, when the plan is held fixed.
 const LONGEST: f64 = 1e-2;

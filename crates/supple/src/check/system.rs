@@ -11,7 +11,7 @@ use supple_model::system::{Adjoints, Curvature};
 
 use super::compare::{Entries, Row};
 use super::differences::{Difference, Differencing, OTHER_STEPS, differentiate};
-use crate::branches::uniform;
+use crate::candidates::uniform;
 use crate::knots::Linearise;
 use crate::plan::Plan;
 use crate::problem::{Problem, Task};

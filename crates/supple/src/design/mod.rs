@@ -25,7 +25,8 @@ mod summary;
 mod visit;
 mod visited;
 
-pub use crate::branches::{Attempts, best_plan, cheapest_of, minima_at, plan_at};
+pub use crate::branches::{Attempts, cheapest_of, minima_at, plan_at};
+pub use crate::candidates::best_plan;
 pub use crate::settings::{DesignSettings, GradientKind, InformationWeights, Method, ROLLOUTS};
 pub use aim::Aim;
 pub use control::{Control, Event, NoObserver, Observer};

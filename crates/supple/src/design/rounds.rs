@@ -6,7 +6,8 @@ use super::visit::Visitor;
 use super::visited::{Visit, plans_of};
 use super::{Event, StartSummary};
 use crate::Error;
-use crate::branches::{BranchSearch, GivenPlan, best_of_guesses, search_branches};
+use crate::branches::{BranchSearch, GivenPlan, search_branches};
+use crate::candidates::best_of_guesses;
 use crate::continuation::{Neighbour, largest_difference};
 use crate::pipeline::TaskState;
 

@@ -12,7 +12,7 @@ use super::rounds::Rounds;
 use super::visit::Visitor;
 use super::{Aim, Design, DesignStatus, Ending, Event, Searcher, StartSummary};
 use crate::Error;
-use crate::branches::uniform;
+use crate::candidates::uniform;
 use crate::continuation::{Neighbour, Scaling};
 
 impl Searcher<'_> {

@@ -261,7 +261,7 @@ mod tests {
     use supple_model::{TwoMass, Value};
 
     use super::*;
-    use crate::branches::best_of_guesses;
+    use crate::candidates::best_of_guesses;
     use crate::plan::Plan;
     use crate::problem::Task;
 

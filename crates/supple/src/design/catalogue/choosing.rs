@@ -7,7 +7,8 @@ use supple_model::ParameterHandle;
 use supple_model::parameters::{CatalogueEntry, Parameter};
 
 use crate::Error;
-use crate::branches::{BranchSearch, GivenPlan, best_plan, search_branches};
+use crate::branches::{BranchSearch, GivenPlan, search_branches};
+use crate::candidates::best_plan;
 use crate::continuation::Scaling;
 use crate::design::{
     CatalogueDesign, CatalogueMethod, Combination, Control, Event, KeptCombinations, NoObserver, Searcher, StartSummary,
