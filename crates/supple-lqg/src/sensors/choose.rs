@@ -102,14 +102,16 @@ impl Selection {
         both.into_iter().flatten().min_by(better).map(|chosen| Chosen { tried, ..chosen })
     }
 
-    /// Which of two sets is better: the lesser comes first.
+    /// Which of two sets is better: the lesser comes first. Of sets that are as good up to rounding, the cheaper one is better.
     pub(super) fn order(&self, goal: Goal, a: &Chosen, b: &Chosen) -> std::cmp::Ordering {
         let key = |chosen: &Chosen| match goal {
             Goal::LeastPrice { .. } => (chosen.price, chosen.sensors.len() as f64, chosen.worth.cost),
             _ => (goal.merit(chosen.worth), chosen.price, chosen.sensors.len() as f64),
         };
         let (a, b) = (key(a), key(b));
-        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))
+        let is_tie = (a.0 - b.0).abs() <= SAME * a.0.abs().max(b.0.abs());
+        let first = if is_tie { std::cmp::Ordering::Equal } else { a.0.total_cmp(&b.0) };
+        first.then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))
     }
 
     fn greedy_by(&self, goal: Goal, limits: Limits, rule: Rule) -> Option<Chosen> {
@@ -134,7 +136,10 @@ impl Selection {
                     Rule::GainPerPrice => gain / self.candidates[one].price.max(f64::MIN_POSITIVE),
                 }
             };
-            let best = found.iter().rev().max_by(|a, b| score(a).total_cmp(&score(b)));
+            let most = found.iter().map(score).fold(f64::NEG_INFINITY, f64::max);
+            let as_good = |found: &&(usize, Worth)| score(found) >= most - SAME * goal.merit(worth).abs();
+            let price_of = |(one, _): &(usize, Worth)| self.candidates[*one].price;
+            let best = found.iter().filter(as_good).min_by(|a, b| price_of(a).total_cmp(&price_of(b)));
             let Some(&(one, with)) = best.filter(|best| score(best) > 0.0) else { break };
             z[one] = 1.0;
             sensors.push(one);

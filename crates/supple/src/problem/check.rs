@@ -47,7 +47,9 @@ impl Task {
         let most = most_steps(size);
         if !(1..=most).contains(&self.steps) {
             let message = format!("must be from 1 to {most} with {} states; found {}", size.states, self.steps);
-            return unfit("steps", message);
+            let advice = "take fewer, longer steps; `locked` takes joints out of a robot, and with them states";
+            let unfit = Unfit::new("steps", message);
+            return Err(if most < self.steps { unfit.with_help(advice) } else { unfit });
         }
         if let Some(steps) = self.system.steps().filter(|&steps| steps != self.steps) {
             return unfit("steps", format!("must be {steps}, as many as the system has; found {}", self.steps));

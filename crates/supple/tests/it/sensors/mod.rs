@@ -363,6 +363,31 @@ fn without_limits_all_that_help_are_taken() {
     assert!((bound - selection.worth(&[false; 4]).cost).abs() < 1e-8 * bound);
 }
 
+/// Of sensors that tell the same in other units, which rounding alone distinguishes, the cheapest is taken.
+#[test]
+fn of_equal_sensors_the_cheapest_is_taken() {
+    for seed in 0..20 {
+        let mut drawn = drawn(seed, 2);
+        let last = drawn.c.len() - 1;
+        for (unit, price) in [(0.3, 2.0), (7.0, 3.0), (1e3, 0.5), (0.1, 4.0)] {
+            drawn.c.push(drawn.c[last].iter().map(|entry| unit * entry).collect());
+            drawn.variances.push(unit * unit * drawn.variances[last]);
+            drawn.candidates.push(Candidate { name: format!("{unit}"), price, rows: vec![drawn.c.len() - 1] });
+        }
+        drawn.candidates.remove(0);
+        drawn.candidates[0].price = 1.0;
+        let (selection, one) = (drawn.selection(), Limits { count: Some(1), ..Limits::default() });
+        for goal in [Goal::LeastCost, Goal::MostInformation] {
+            let best = selection.exhaustive(goal, one, &mut || true).unwrap().unwrap();
+            let greedy = selection.greedy(goal, one).unwrap();
+            let searched = selection.branch_and_bound(goal, one, 1000, &mut || true).unwrap().chosen;
+            for chosen in [best, greedy, searched] {
+                assert_eq!(chosen.price, 0.5, "{seed}, {goal:?}: {:?}", chosen.sensors);
+            }
+        }
+    }
+}
+
 #[test]
 fn extreme_noises_and_short_horizons_are_no_trouble() {
     for (factor, steps) in [(1e-12, 6), (1e12, 6), (1.0, 1), (1e-12, 1)] {
