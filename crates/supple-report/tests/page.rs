@@ -453,7 +453,7 @@ fn without_a_search_the_answer_is_told_of_what_there_is() {
         "Sweep in missing</a>: no point can be recommended",
         "Pareto front in front</a>: 3 designs, from 320.6 bits at a cost of 225 to 240.45 bits at a cost of 300; at 1 of them",
         "Searches in trace</a>: 0 of 1 converged",
-        "Crosses: designs whose plan never makes a contact whose force a cost tracks.",
+        "Crosses: designs whose plan never makes a contact whose force a cost tracks, or whose predictions roll-outs contradict.",
     ] {
         let told = told.replace('\u{a0}', " ");
         assert!(text.contains(&told), "nothing of `{told}` in {}", text.split("<table").next().unwrap_or_default());

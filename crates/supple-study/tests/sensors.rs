@@ -151,7 +151,7 @@ fn what_cannot_be_is_refused() {
     assert_eq!(found, expected);
     for method in [SensorMethod::Greedy, SensorMethod::Both] {
         let error = refused(SensorsOptions { cost: Some(70.0), method, ..default() });
-        assert!(error.contains("an expected cost of at most 70; with all of them it is 77.1001"), "{error}");
+        assert!(error.contains("an expected cost of at most 70; with all of them it is 77.0723"), "{error}");
     }
     let flag = AtomicBool::new(true);
     let stopped = Watch { progress: &Silent, stop: Stop::when(&flag) };
