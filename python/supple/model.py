@@ -124,7 +124,7 @@ class Model:
         observe: ``g(x, p)``, the measurement.
         cost: ``l(x, u, p)``, the stage cost.
         final_cost: ``l_N(x, p)``, the final cost; default: none.
-        parameters: Parameters by name.
+        parameters: Parameters by name; none by default.
         states: Names of the states, with their units in a dict; or their number.
         controls: The same for the controls.
         measurements: The same for the measurements.
@@ -144,7 +144,7 @@ class Model:
         observe: Callable[..., Any],
         cost: Callable[..., Any],
         final_cost: Callable[..., Any] | None = None,
-        parameters: Mapping[str, Parameter],
+        parameters: Mapping[str, Parameter] | None = None,
         states: Names,
         controls: Names,
         measurements: Names,
@@ -153,7 +153,7 @@ class Model:
     ) -> None:
         if backend not in ("auto", "recorded", "jax", "numpy"):
             raise UsageError(f'backend={backend!r}: must be "auto", "recorded", "jax" or "numpy"')
-        self._parameters = describe.parameters(parameters)
+        self._parameters = describe.parameters({} if parameters is None else parameters)
         self._channels = {
             "states": describe.names("states", states, "x"),
             "controls": describe.names("controls", controls, "u"),
