@@ -54,7 +54,7 @@ fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
         let _ = writeln!(page, "  violates limits:\n{}", limit_lines(task));
     }
     if !task.limits_reached.is_empty() {
-        let _ = writeln!(page, "  is held at limits:\n{}", reached_lines(task));
+        let _ = writeln!(page, "  The plan is held at limits:\n{}", reached_lines(task));
     }
     let left = left_lines(task);
     if !left.is_empty() {
