@@ -205,7 +205,9 @@ class _Evaluated:
         for name, task in self.tasks.items():
             bound = "" if task.cost.bound is None else f" of at most {task.cost.bound:.6g}"
             status = "" if task.status == "converged" else f" ({task.status})"
-            rows.append((name, f"{task.information.total_bits:.6g} bits measured, cost {task.cost.expected:.6g}{bound}{status}"))
+            rows.append(
+                (name, f"{task.information.total_bits:.6g} bits measured, cost {task.cost.expected:.6g}{bound}{status}")
+            )
         rows.append(("feasible", "yes" if self.feasible else "no"))
         rows.extend(("warning", warning) for name, task in self.tasks.items() for warning in _doubts(name, task))
         return rows

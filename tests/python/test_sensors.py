@@ -103,3 +103,29 @@ def test_prices_of_parameters(program: Path) -> None:
     printed = run(program, "design", path, "--starts", "1", "--json")
     assert without_time(found.to_json()).strip() == without_time(printed).strip()
     assert supple.load("tasks/two_mass.toml").evaluate(trajectories=False).price is None
+
+
+def test_plans_that_nothing_may_build_on_are_told(tmp_path: Path, program: Path) -> None:
+    file = tmp_path / "short.toml"
+    file.write_text(Path("tasks/two_mass.toml").read_text() + "\n[planning]\nmax_iterations = 1\n")
+    task = supple.load(file)
+    found = task.sensors(count=1)
+    (plan,) = found.plans.values()
+    assert plan.status == "max_iterations" and "did not converge" in plan.warnings[0]
+    assert plan.trust is not None and plan.trust.verdict != "holds"
+    bounds = task.bound()
+    assert bounds.warnings == plan.warnings and bounds.trust.reasons == plan.trust.reasons
+    for shown in [repr(found), repr(bounds)]:
+        assert "did not converge" in shown
+    for words in [("sensors", file, "--count", "1"), ("bound", file)]:
+        made = subprocess.run([program, *words], check=False, capture_output=True, text=True)
+        assert made.returncode == 1 and "Warning: task `press`: the plan did not converge" in made.stdout
+
+
+def test_plans_that_hold_are_told() -> None:
+    task = supple.load("tasks/two_mass.toml")
+    for trust in [task.sensors(count=1).plans["press"].trust, task.bound().trust]:
+        assert trust is not None and trust.verdict == "holds"
+    front = task.pareto(points=3, starts=1)
+    assert [[trust.verdict for trust in point.trust] for point in front.points] == [["holds"]] * 3
+    assert task.bound(stationary=False).warnings == []
