@@ -136,7 +136,8 @@ class Sensors(Result):
 
     @property
     def remarks(self) -> list[str]:
-        """Which measurements are one candidate, as their noise is correlated; and where the plan depends on the sensors."""
+        """What a reader should know: which measurements are one candidate, as their noise is correlated; that the plan depends on
+        the sensors; that a budget limits nothing."""
         return list(self._data.get("remarks", []))
 
     @cached_property

@@ -74,6 +74,10 @@ fn without_prices_the_smallest_set_is_the_cheapest() {
     let found = study("iiwa_door.toml", asked(95.0)).unwrap();
     assert!(found.chosen.sensors.is_empty() && found.chosen.price == 0.0);
     assert_eq!(found.certificate.certified_ratio, Some(1.0));
+    // A budget limits nothing then, which is said.
+    let found = study("two_mass.toml", SensorsOptions { budget: Some(1.0), ..Default::default() }).unwrap();
+    assert_eq!((found.chosen.sensors.len(), found.remarks.len()), (2, 1));
+    assert!(found.remarks[0].contains("the budget limits nothing"), "{}", found.remarks[0]);
 }
 
 #[test]

@@ -100,19 +100,23 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
         certificate,
         sensors: report::values(&selection, &kinds, &chosen.sensors, &relaxed.weights),
         plans,
-        remarks: remarks(task, &selection),
+        remarks: remarks(task, options, &selection),
     })
 }
 
 /// What a reader should know of the choice.
-fn remarks(task: &LoadedTask, selection: &Selection) -> Vec<String> {
+fn remarks(task: &LoadedTask, options: &SensorsOptions, selection: &Selection) -> Vec<String> {
+    let is_free = selection.candidates.iter().all(|candidate| candidate.price == 0.0);
+    let of_budget = (options.budget.is_some() && is_free).then(|| {
+        "no sensor has a price, so that the budget limits nothing: give prices in a catalogue, or `--count`".to_owned()
+    });
     let of_plan = (task.problem.planning.plan != PlanMode::Nominal).then(|| {
         "all sets of sensors are compared along the plan that is made with every sensor, but this kind of plan depends on the \
          sensors: evaluate the task with the sets that matter"
             .to_owned()
     });
     let joined = if task.problem.catalogue.is_some() { Vec::new() } else { report::joined(selection) };
-    of_plan.into_iter().chain(joined).collect()
+    of_plan.into_iter().chain(of_budget).chain(joined).collect()
 }
 
 /// The candidates, with what kind each is.

@@ -39,7 +39,7 @@ pub struct Sensors {
     /// What speaks against the plans, which are made with all candidates.
     #[serde(default)]
     pub plans: Vec<PlanCheck>,
-    /// Which measurements are one candidate, and why; and where the plan depends on the sensors.
+    /// Which measurements are one candidate, and why; where the plan depends on the sensors; and a budget without prices.
     #[serde(default)]
     pub remarks: Vec<String>,
 }
