@@ -8,12 +8,16 @@ use supple_model::Value;
 use crate::Error;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
-use crate::plan::{Asked, Patience, Plan, PlanMode, PlanStatus, add_wave};
+use crate::plan::{Asked, Patience, Plan, PlanMode, PlanSettings, PlanStatus, add_wave};
 use crate::problem::{Problem, Task};
+use crate::settings::RegularisationKind;
 use crate::touching::misses_contact;
 
 /// Factors by which a constant first guess is scaled when searching for the plan of least cost.
 const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
+
+/// A search that has not converged after so many iterations creeps.
+const MANY: usize = 100;
 
 /// Plans a task as [`best_plan`] does, without a neighbour.
 ///
@@ -26,7 +30,7 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess; if that is one constant row,
 /// also from multiples of it; if it has none and enforces bounds or limits, also from controls that hold the first state; if
 /// there are contacts to make or friction to overcome, also from a plan that has approached them and, if the plan misses one
-/// whose force a cost wants, from one that was drawn to it; if given, from the controls of a known plan, and of a
+/// whose force a cost wants, from one that was drawn to it; if all of these creep, from the first guess with regularised states; if given, from the controls of a known plan, and of a
 /// `neighbour`, such as those of the plan at a nearby design; and, if a far cheaper plan exceeds limits, within limits that are
 /// narrowed from there.
 ///
@@ -97,6 +101,11 @@ pub fn best_plan(
             }
         }
     }
+    // Where controls that are held back creep, states that are held back may not.
+    if candidates.creeps() && settings.regularisation == RegularisationKind::Control {
+        let held_back = PlanSettings { regularisation: RegularisationKind::State, ..settings.clone() };
+        candidates.plan(problem, task, phi, Start { settings: Some(&held_back), ..Start::of(&guess) }, state);
+    }
     for controls in task.known_controls.iter().chain(neighbour) {
         candidates.plan(problem, task, phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
     }
@@ -141,11 +150,21 @@ struct Start<'a> {
     fed_back: bool,
     /// Whether its limits are narrowed step by step.
     narrowed: bool,
+    /// Settings other than those of the problem.
+    settings: Option<&'a PlanSettings>,
 }
 
 impl<'a> Start<'a> {
     fn of(controls: &'a Matrices) -> Self {
-        Self { controls, patience: Patience::Full, before: 0, margin: 0.0, fed_back: false, narrowed: false }
+        Self {
+            controls,
+            patience: Patience::Full,
+            before: 0,
+            margin: 0.0,
+            fed_back: false,
+            narrowed: false,
+            settings: None,
+        }
     }
 }
 
@@ -171,7 +190,8 @@ impl Candidates {
             return;
         }
         let Start { fed_back, narrowed, patience, .. } = start;
-        let asked = Asked { fed_back, narrowed, ..Asked::of(&problem.planning, patience) };
+        let settings = start.settings.unwrap_or(&problem.planning);
+        let asked = Asked { fed_back, narrowed, ..Asked::of(settings, patience) };
         if let Err(error) = state.plan_with(task.at(phi), asked, start.controls) {
             self.error.get_or_insert(error);
             return;
@@ -198,6 +218,13 @@ impl Candidates {
     /// Whether no plan converged, and the best one has directions in which its cost falls.
     fn is_indefinite(&self) -> bool {
         self.converged.is_none() && self.other.as_ref().is_some_and(|plan| plan.status == PlanStatus::Indefinite)
+    }
+
+    /// Whether no plan converged, and the best one still got cheaper, but slowly.
+    fn creeps(&self) -> bool {
+        let ends_slowly = |plan: &Plan| matches!(plan.status, PlanStatus::MaxIterations | PlanStatus::SlowProgress);
+        let is_slow = |plan: &Plan| plan.iterations >= MANY && ends_slowly(plan);
+        self.converged.is_none() && self.other.as_ref().is_some_and(is_slow)
     }
 
     /// Whether a search has led from a saddle to another plan.

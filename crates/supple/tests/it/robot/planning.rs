@@ -435,3 +435,31 @@ fn branches_from_no_force_find_the_swing_up() {
     assert!(found.status.is_converged() && found.cost.expected < 15.0, "{}", found.cost.expected);
     assert!(found.branches.is_some_and(|count| count > 1), "{:?}", found.branches);
 }
+
+/// With weights at the end alone, searches that regularise controls creep: this one is not done after 1000 iterations.
+#[test]
+fn a_search_that_creeps_regularises_states() {
+    let text = r#"
+        [model]
+        kind = "robot"
+        file = "iiwa14_door.urdf"
+        sensors = [{ kind = "joint_position", variance = 1e-6 }]
+        [[tasks]]
+        name = "reach"
+        steps = 50
+        time_step = 0.02
+        noise = { initial = { "q.*" = 1e-6, "v.*" = 1e-6 }, process = { "q.*" = 1e-10, "v.*" = 1e-6 } }
+        costs = [
+            { kind = "joint_position", target = 0.5, weight = 0.0, final_weight = 1e5 },
+            { kind = "joint_velocity", weight = 0.0, final_weight = 1e3 },
+            { kind = "control", weight = 1e-3 },
+        ]
+    "#;
+    let path = repository("models/task.toml");
+    let problem = supple_file::parse(text, path.to_str().unwrap()).unwrap();
+    let task = problem.evaluate(&[], &EvaluateOptions::default()).unwrap().tasks.remove(0);
+    assert!(task.status.is_converged() && task.iterations < 400, "{:?}, {}", task.status, task.iterations);
+    let mut state = TaskState::new(&problem.tasks[0]);
+    state.evaluate(&problem.tasks[0], &[], &problem.planning, None).unwrap();
+    assert_eq!(state.plan.status, PlanStatus::MaxIterations);
+}
