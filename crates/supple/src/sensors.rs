@@ -63,7 +63,7 @@ pub fn select(
     });
     let planned = planned.collect::<Result<Vec<_>, Error>>()?;
     let both = chosen.iter().zip(&planned);
-    let plans = both.map(|(task, state)| PlanCheck::of(problem, task, phi, state)).collect::<Result<_, _>>()?;
+    let plans = both.map(|(task, state)| PlanCheck::of(problem, task, phi, state, 1.0)).collect::<Result<_, _>>()?;
     // Tasks are weighed against one another only.
     let is_alone = chosen.len() == 1;
     let plants = chosen.iter().zip(&planned).map(|(task, state)| Plant {

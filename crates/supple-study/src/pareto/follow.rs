@@ -173,7 +173,7 @@ fn point(front: &Front, factor: f64, summary: StartSummary) -> Result<Point, Stu
         let mut state = TaskState::new(task);
         state.evaluate(task, &summary.to, &problem.planning, Some(controls))?;
         information.push(state.information.total);
-        plans.push(PlanCheck::of(problem, task, &summary.to, &state)?);
+        plans.push(PlanCheck::of(problem, task, &summary.to, &state, factor)?);
     }
     Ok(Point { factor, summary, information, plans })
 }

@@ -129,7 +129,8 @@ impl Bounding {
         } else {
             let proved = proved_horizon(task, phi, &state.plan, &state.noise)?;
             let floor = product_growth(&proved.horizon.dynamics, task.steps)?;
-            let own = Own::over_horizon(task, &state, &proved, PlanCheck::of(problem, task, phi, &state)?)?;
+            let check = PlanCheck::of(problem, task, phi, &state, 1.0)?;
+            let own = Own::over_horizon(task, &state, &proved, check)?;
             (Kind::Horizon(proved.horizon, proved.spread), own, (floor, 0.0), proved.law)
         };
         Ok(Self {

@@ -166,7 +166,8 @@ fn evaluate_task(
     let status = if saddle.is_some() { PlanStatus::Indefinite } else { state.plan.status };
     Error::check_stop()?;
     let feasibility = options.feasibility.unwrap_or(problem.design.feasibility);
-    let predicted = Predicted::of(task.at(phi), state, (status, information.total_bits), &contacts, feasibility);
+    let limit = task.bound.map(|bound| bound.resolve(phi));
+    let predicted = Predicted::of(task, state, status, information.total_bits, &contacts, limit, feasibility);
     let in_full = monte_carlo.as_ref().and_then(|_| second_order(task.at(phi), state));
     let substeps = task.system.substeps();
     let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, substeps));

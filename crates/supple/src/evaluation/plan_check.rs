@@ -23,7 +23,7 @@ use crate::touching::contact_reports;
 /// let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
 /// let mut state = TaskState::new(task);
 /// state.evaluate(task, &phi, &problem.planning, None)?;
-/// let check = PlanCheck::of(&problem, task, &phi, &state)?;
+/// let check = PlanCheck::of(&problem, task, &phi, &state, 1.0)?;
 /// assert!(check.is_passed() && check.trust.is_some_and(|trust| trust.verdict == Verdict::Holds));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -42,17 +42,19 @@ pub struct PlanCheck {
 }
 
 impl PlanCheck {
-    /// Checks the plan in `state`, with as many roll-outs as results of the problem end with.
+    /// Checks the plan in `state`, with as many roll-outs as results of the problem end with; its cost limit is that of the
+    /// task times `factor`.
     ///
     /// # Errors
     /// Where a covariance is indefinite.
-    pub fn of(problem: &Problem, task: &Task, phi: &[f64], state: &TaskState) -> Result<Self, Error> {
+    pub fn of(problem: &Problem, task: &Task, phi: &[f64], state: &TaskState, factor: f64) -> Result<Self, Error> {
         let options =
             EvaluateOptions { rollouts: problem.rollouts(None), seed: problem.design.seed, ..Default::default() };
         let contacts = contact_reports(task, phi, &state.plan.trajectory);
         let monte_carlo = sampled(task.at(phi), &options, state)?;
         let (status, bits) = (state.plan.status, state.information.total / LN_2);
-        let predicted = Predicted::of(task.at(phi), state, (status, bits), &contacts, problem.design.feasibility);
+        let limit = task.bound.map(|bound| factor * bound.resolve::<f64>(phi));
+        let predicted = Predicted::of(task, state, status, bits, &contacts, limit, problem.design.feasibility);
         let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, task.system.substeps()));
         let warnings = warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [const { None }; 3]);
         Ok(Self { task: task.name.clone(), status, warnings, trust })

@@ -10,7 +10,7 @@ use crate::feasibility::meets;
 use crate::growth::MOST_SUBSTEPS;
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
-use crate::problem::TaskAt;
+use crate::problem::Task;
 use crate::settings::MOST_ROLLOUTS;
 use crate::simulate::{Consistency, Estimate, FinerSteps, LimitShare, MonteCarlo, student_quantile};
 
@@ -123,20 +123,22 @@ pub(super) struct Predicted<'a> {
 }
 
 impl<'a> Predicted<'a> {
-    /// Of a plan with this status, information in bits and contacts.
+    /// Of a plan with this status, information in bits and contacts, whose cost has a limit.
     pub fn of(
-        TaskAt { task, phi }: TaskAt,
+        task: &Task,
         state: &TaskState,
-        (status, bits): (PlanStatus, f64),
+        status: PlanStatus,
+        bits: f64,
         contacts: &'a [ContactReport],
+        limit: Option<f64>,
         feasibility: f64,
     ) -> Self {
-        let (cost, bound) = (state.cost.expected(), task.bound.map(|bound| bound.resolve(phi)));
+        let cost = state.cost.expected();
         Self {
             status,
             cost,
             nominal: state.plan.nominal_cost,
-            kept_limit: bound.filter(|_| meets(cost, bound, feasibility)),
+            kept_limit: limit.filter(|_| meets(cost, limit, feasibility)),
             bits,
             contacts,
             has_varying_noise: !task.noise.varying.is_empty(),
