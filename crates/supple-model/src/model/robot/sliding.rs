@@ -25,14 +25,14 @@ pub(super) struct FreeStep<S> {
     pub lead: S,
 }
 
-/// Rates have converged if they change by less than this fraction of speed and smoothing: the next change is its square. Forces of
-/// contacts have if they are off by less than its square.
+/// Rates have converged if they change by less than this fraction of speed and smoothing: the next change is its square. Forces
+/// of contacts have if they are off by less than its square.
 const SETTLED: f64 = 1e-6;
 
 /// Forces of contacts below this, as a share of that at a depth of one smoothing length, need not be known as exactly.
 const NO_FORCE: f64 = 1e-6;
 
-/// Depths are known to this share of [`SETTLED`] squared.
+/// Rounding of a depth hides forces below this share of it, times stiffness and [`SETTLED`] squared.
 const ROUNDED: f64 = 1e-3;
 
 /// Changes whose squared fractions of speed and smoothing add up to less than this are taken in full.
@@ -58,7 +58,7 @@ pub(super) fn sliding_rates<S: Scalar>(step: &FreeStep<S>, rubbing: &[Rubbing<S>
     let start = step.velocities.iter().copied().chain(directions).collect();
     let found = S::repeat(start, MOST, |variables| {
         let (rates, directions) = variables.split_at(count);
-        improve(step, (rubbing, pushing), rates, directions)
+        improve(step, rubbing, pushing, rates, directions)
     });
     found[..count].to_vec()
 }
@@ -66,7 +66,8 @@ pub(super) fn sliding_rates<S: Scalar>(step: &FreeStep<S>, rubbing: &[Rubbing<S>
 /// The next rates and directions, and a measure of convergence that is negative once the rates have converged.
 fn improve<S: Scalar>(
     step: &FreeStep<S>,
-    (rubbing, pushing): (&[Rubbing<S>], &[Push<S>]),
+    rubbing: &[Rubbing<S>],
+    pushing: &[Push<S>],
     rates: &[S],
     directions: &[S],
 ) -> (Vec<S>, S) {
@@ -290,7 +291,7 @@ mod tests {
             let mut runs = 0;
             loop {
                 let (now, directions) = variables.split_at(rates.len());
-                let (next, left) = improve(&step, (&rubbing, &pushing), now, directions);
+                let (next, left) = improve(&step, &rubbing, &pushing, now, directions);
                 variables = next;
                 runs += 1;
                 if left <= 0.0 {
