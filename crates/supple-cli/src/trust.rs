@@ -53,13 +53,18 @@ pub fn between(interval: [f64; 2]) -> String {
 
 /// The verdict, and its reasons.
 pub fn line(trust: &Trust) -> String {
-    format!("Roll-outs: {trust}.")
+    named("Roll-outs", trust)
+}
+
+/// The same, of roll-outs that have a name.
+fn named(rollouts: &str, trust: &Trust) -> String {
+    format!("{rollouts}: {trust}.")
 }
 
 /// What speaks against the plan of a task, about which other numbers are computed: warnings and the verdict of roll-outs.
-pub fn of_plan(warnings: &[String], trust: Option<&Trust>) -> String {
+pub fn of_plan(rollouts: &str, warnings: &[String], trust: Option<&Trust>) -> String {
     let warnings = warnings.iter().map(|warning| format!("Warning: {warning}.\n"));
-    warnings.chain(trust.map(|trust| line(trust) + "\n")).collect()
+    warnings.chain(trust.map(|trust| named(rollouts, trust) + "\n")).collect()
 }
 
 /// The verdicts at the start and at the optimum of a design.

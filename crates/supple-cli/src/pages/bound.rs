@@ -60,7 +60,7 @@ fn task_page(task: &TaskBound, limit: Option<f64>) -> String {
     for remark in &task.remarks {
         let _ = writeln!(page, "Note: {remark}.");
     }
-    page.push_str(&trust::of_plan(&task.warnings, task.trust.as_ref()));
+    page.push_str(&trust::of_plan("Roll-outs", &task.warnings, task.trust.as_ref()));
     page
 }
 

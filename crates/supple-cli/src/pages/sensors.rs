@@ -22,9 +22,8 @@ pub fn sensors_page(about: &About, study: &Sensors) -> String {
 
 /// What speaks against the plan with all sensors, about which sets are compared; `named` where there are several tasks.
 fn plan_lines(plan: &PlanCheck, named: bool) -> String {
-    let lines = trust::of_plan(&plan.warnings, plan.trust.as_ref());
     let task = if named { format!(" of {}", plan.task) } else { String::new() };
-    lines.replace("Roll-outs:", &format!("Roll-outs{task} with all sensors:"))
+    trust::of_plan(&format!("Roll-outs{task} with all sensors"), &plan.warnings, plan.trust.as_ref())
 }
 
 /// What to try next, where nothing speaks against choosing every sensor.

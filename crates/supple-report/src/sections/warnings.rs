@@ -1,6 +1,6 @@
 use maud::{Markup, html};
 use supple::simulate::MonteCarlo;
-use supple::{Evaluation, LimitViolation, TaskEvaluation, Trust, Verdict};
+use supple::{Evaluation, LimitViolation, TaskEvaluation, Trust};
 use supple_study::sweep::misses_contact;
 
 use crate::numbers::number;
@@ -9,11 +9,11 @@ use crate::words;
 
 /// That roll-outs contradict a plan, in words; `None` where they do not.
 fn broken(trust: &Trust) -> Option<String> {
-    (trust.verdict == Verdict::Broken).then(|| format!("roll-outs: {trust}"))
+    trust.is_broken().then(|| format!("roll-outs: {trust}"))
 }
 
 /// What speaks against the plan of a task, about which the numbers in a folder are computed.
-fn of_plan((folder, task): (&str, &str), warnings: &[String], trust: Option<&Trust>, list: &mut Vec<String>) {
+fn of_plan(folder: &str, task: &str, warnings: &[String], trust: Option<&Trust>, list: &mut Vec<String>) {
     let all = warnings.iter().cloned().chain(trust.and_then(broken));
     list.extend(all.map(|why| format!("In {folder}, about the plan of {task}: {why}.")));
 }
@@ -59,12 +59,12 @@ pub fn warnings(part: &Part) -> Vec<String> {
     }
     for (folder, study) in part.bounds() {
         for task in &study.report.tasks {
-            of_plan((folder, &task.name), &task.warnings, task.trust.as_ref(), &mut list);
+            of_plan(folder, &task.name, &task.warnings, task.trust.as_ref(), &mut list);
         }
     }
     for (folder, study) in part.sensors() {
         for plan in &study.plans {
-            of_plan((folder, &plan.task), &plan.warnings, plan.trust.as_ref(), &mut list);
+            of_plan(folder, &plan.task, &plan.warnings, plan.trust.as_ref(), &mut list);
         }
     }
     for (folder, study) in part.robustness() {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use supple::design::DesignStatus;
-use supple::{Named, Trust, Verdict};
+use supple::{Named, Trust};
 
 use crate::lenient;
 
@@ -48,6 +48,6 @@ impl ParetoPoint {
     /// Whether roll-outs contradict a task, so that its numbers must not be used.
     #[must_use]
     pub fn is_broken(&self) -> bool {
-        self.trust.iter().any(|trust| trust.verdict == Verdict::Broken)
+        self.trust.iter().any(Trust::is_broken)
     }
 }

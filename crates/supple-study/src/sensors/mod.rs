@@ -130,16 +130,15 @@ fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selected, Vec<Str
     // The task as it was read has the chosen sensors only.
     let files = Source::files(sources);
     let options = ReadOptions { kinds: kinds.clone(), sensors: WithSensors::All, files };
-    let mut with_all = supple_file::parse_with(&first.text, &first.path, options)?;
-    for (task, chosen) in with_all.tasks.iter_mut().zip(&problem.tasks) {
+    let mut whole = supple_file::parse_with(&first.text, &first.path, options)?;
+    for (task, chosen) in whole.tasks.iter_mut().zip(&problem.tasks) {
         task.known_controls.clone_from(&chosen.known_controls);
     }
-    let problem = with_all;
-    let sensors = problem.catalogue.clone().unwrap_or_default();
+    let sensors = whole.catalogue.clone().unwrap_or_default();
     let kinds = sensors.iter().map(|sensor| sensor.kind.clone()).collect();
     let candidates =
         sensors.into_iter().map(|sensor| Candidate { name: sensor.name, price: sensor.price, rows: sensor.rows });
-    Ok((select(&problem, phi, candidates.collect(), only)?, kinds))
+    Ok((select(&whole, phi, candidates.collect(), only)?, kinds))
 }
 
 /// Searches all sets, where that is asked for.

@@ -6,7 +6,7 @@ use supple_model::Named;
 use supple_text::short;
 
 use super::sensor_report::SensorReport;
-use crate::evaluation::{Trust, Verdict};
+use crate::evaluation::Trust;
 use crate::plan::PlanStatus;
 
 /// Minimum information required for each task at one design.
@@ -147,8 +147,7 @@ impl TaskBound {
     /// Whether nothing speaks against the plan about which the bounds hold but, at most, doubts.
     #[must_use]
     pub fn has_sound_plan(&self) -> bool {
-        let is_broken = self.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken);
-        self.status.is_converged() && self.warnings.is_empty() && !is_broken
+        self.status.is_converged() && self.warnings.is_empty() && !self.trust.as_ref().is_some_and(Trust::is_broken)
     }
 
     /// Why the minimum is not certified, if its proved lower bound is far below; `None` otherwise, or if nothing is proved.

@@ -4,7 +4,7 @@ use std::f64::consts::LN_2;
 
 use serde::{Deserialize, Serialize};
 
-use super::trust::{Predicted, Trust, Verdict};
+use super::trust::{Predicted, Trust};
 use super::{EvaluateOptions, sampled, warnings};
 use crate::Error;
 use crate::pipeline::TaskState;
@@ -63,7 +63,6 @@ impl PlanCheck {
     /// Whether nothing speaks against it but, at most, doubts.
     #[must_use]
     pub fn is_passed(&self) -> bool {
-        let is_broken = self.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken);
-        self.status.is_converged() && self.warnings.is_empty() && !is_broken
+        self.status.is_converged() && self.warnings.is_empty() && !self.trust.as_ref().is_some_and(Trust::is_broken)
     }
 }

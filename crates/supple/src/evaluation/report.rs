@@ -12,7 +12,7 @@ use super::controller::ControllerReport;
 use super::curves::{ContactCurve, CostCurve, QuantityCurve};
 use super::reached::LimitReached;
 use super::sensing::MeasurementReport;
-use super::trust::{Trust, Verdict};
+use super::trust::Trust;
 use crate::plan::PlanStatus;
 use crate::settings::InformationWeights;
 use crate::simulate::{LimitShare, MonteCarlo, Sample};
@@ -201,7 +201,7 @@ impl TaskEvaluation {
     /// Whether roll-outs contradict its plan, so that its numbers must not be used.
     #[must_use]
     pub fn is_broken(&self) -> bool {
-        self.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken)
+        self.trust.as_ref().is_some_and(Trust::is_broken)
     }
 
     /// What roll-outs exceed although the plan keeps it, in words: the cost limit, if their 95 % interval lies above it, and

@@ -199,6 +199,12 @@ impl Trust {
         Self { verdict, reasons, rollouts_needed, substeps_advised, shorter_steps_advised }
     }
 
+    /// Whether roll-outs contradict the predictions, which must not be used then.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        self.verdict == Verdict::Broken
+    }
+
     /// Whether the only doubt is that there are too few roll-outs.
     #[must_use]
     pub fn needs_only_rollouts(&self) -> bool {
