@@ -105,7 +105,7 @@ fn doors_that_open_too_far_are_told() {
     let folder = Folder::new();
     let robot = repository("models/wiping_arm.sdf").display().to_string();
     // Half a turn in little time.
-    let set = ["--set", "travel=0.62", "--set", "time=0.15"];
+    let set = ["--set", "travel=0.62", "--set", "time=0.3"];
     let words = [&["--robot", &robot, "--template", "handle", "--frame", "hand"], &set[..]].concat();
     let (warnings, text, task) = warned(&folder, &words);
     let about = warnings

@@ -30,9 +30,9 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess; if that is one constant row,
 /// also from multiples of it; if it has none and enforces bounds or limits, also from controls that hold the first state; if
 /// there are contacts to make or friction to overcome, also from a plan that has approached them and, if the plan misses one
-/// whose force a cost wants, from one that was drawn to it; if all of these creep, from the first guess with regularised states; if given, from the controls of a known plan, and of a
-/// `neighbour`, such as those of the plan at a nearby design; and, if a far cheaper plan exceeds limits, within limits that are
-/// narrowed from there.
+/// whose force a cost wants, from one that was drawn to it; if all of these creep, from the first guess with regularised
+/// states; if given, from the controls of a known plan, and of a `neighbour`, such as those of the plan at a nearby design;
+/// and, if a far cheaper plan exceeds limits, within limits that are narrowed from there.
 ///
 /// Keeps the converged plan of least nominal cost, but the one from known controls only if it is on another, cheaper
 /// branch, so that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that is cheaper but did
