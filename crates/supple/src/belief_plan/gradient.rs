@@ -33,6 +33,7 @@ pub(crate) fn belief_plan_gradient(
     scratch: &mut Scratch,
     out: &mut Vec<f64>,
 ) -> Result<(), Error> {
+    memory.set_curvature(plan.curvature);
     let Memory { centre, trial, hessian, gradient } = memory;
     centre.plan.trajectory.clone_from(&plan.trajectory);
     centre.plan.nominal_cost = plan.nominal_cost;

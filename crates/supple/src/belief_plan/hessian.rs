@@ -56,7 +56,7 @@ impl Hessian {
     }
 
     /// Sets gains and blocks for a trajectory: those of the Lagrangian's Hessian with the given costates where it is
-    /// positive definite, otherwise those of the Gauss-Newton one. `shift` is added to the blocks.
+    /// positive definite, otherwise those of the Gauss-Newton one, whichever curvature its expected cost has. `shift` is added to the blocks.
     ///
     /// # Errors
     /// Where neither is positive definite.
@@ -71,8 +71,13 @@ impl Hessian {
         let (plan, system) = (&centre.plan, &*task.system);
         let at = plan.trajectory.points();
         self.shift = shift;
-        self.cost.copy_from(&plan.knots.cost);
-        system.add_dynamics_curvature(at, phi, costates, &mut self.cost, scratch);
+        if plan.curvature == Curvature::Exact {
+            self.cost.copy_from(&plan.knots.cost);
+            system.add_dynamics_curvature(at, phi, costates, &mut self.cost, scratch);
+        } else {
+            self.cost.clear();
+            system.lagrangian_quadratics(at, phi, costates, &mut self.cost, scratch);
+        }
         let dynamics = &plan.knots.dynamics;
         if self.factorise(dynamics).is_err() {
             self.cost.clear();

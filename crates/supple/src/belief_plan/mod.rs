@@ -12,11 +12,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use supple_kernels::{Matrices, Scratch};
+use supple_model::system::Curvature;
 
 pub(crate) use gradient::belief_plan_gradient;
 pub(crate) use search::Memory;
 
-use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, add_wave, is_over};
+use crate::plan::{CostCurvature, Plan, PlanMode, PlanSettings, PlanStatus, add_wave, is_over};
 use crate::problem::TaskAt;
 use search::Search;
 
@@ -25,7 +26,8 @@ const WAVES: usize = 4;
 
 /// Finds the plan of least expected cost (theory, equation P.10), starting from the nominal plan already found in `plan`,
 /// or from `controls`, the first guess of that search, if they cost less (as the controls of a belief-space plan
-/// of a nearby design may); and from random perturbations of the nominal plan, whose number is in the settings.
+/// of a nearby design may); and from random perturbations of the nominal plan, whose number is in the settings. Where none of
+/// these converges and the choice of curvature is automatic, again with the law of Gauss-Newton's.
 pub(crate) fn plan_belief(
     TaskAt { task, phi }: TaskAt,
     controls: &Matrices,
@@ -35,43 +37,42 @@ pub(crate) fn plan_belief(
     memory: &mut Memory,
     scratch: &mut Scratch,
 ) {
-    let mut iterations = plan.iterations;
-    let mut best: Option<Plan> = None;
-    let mut consider = |memory: &mut Memory, scratch: &mut Scratch| {
-        Search { task, phi, settings, memory, scratch }.run(deadline);
-        let found = &mut memory.centre.plan;
-        found.mode = PlanMode::Belief;
-        iterations += found.iterations;
-        let rank = |plan: &Plan| (!plan.status.is_converged(), plan.objective);
-        if best.as_ref().is_none_or(|best| rank(found) < rank(best)) {
-            best = Some(found.clone());
+    let curvatures = match settings.curvature {
+        CostCurvature::Exact => &[Curvature::Exact][..],
+        CostCurvature::GaussNewton => &[Curvature::GaussNewton],
+        CostCurvature::Auto if !task.system.has_smooth_gauss_newton() => &[Curvature::Exact],
+        CostCurvature::Auto => &[Curvature::Exact, Curvature::GaussNewton],
+    };
+    let mut found = Found { best: None, iterations: plan.iterations };
+    for &curvature in curvatures {
+        if found.best.as_ref().is_some_and(|best| best.status.is_converged() || is_over(deadline)) {
+            break;
         }
-    };
-    let start = |memory: &mut Memory, from: &Matrices, scratch: &mut Scratch| {
-        let to = &mut memory.centre.plan.trajectory;
-        to.states.vector_mut(0).copy_from_slice(plan.trajectory.states.vector(0));
-        to.controls.copy_from(from);
-        memory.centre.simulate(task, phi, scratch).is_ok().then_some(memory.centre.plan.objective)
-    };
-    let given = start(memory, controls, scratch);
-    // Evaluate the nominal plan last, so that it is the centre if it is the better one.
-    let nominal = start(memory, &plan.trajectory.controls, scratch);
-    let from_given = given.is_some_and(|given| nominal.is_none_or(|nominal| given < nominal));
-    if from_given {
-        start(memory, controls, scratch);
-    }
-    if given.is_some() || nominal.is_some() {
-        consider(memory, scratch);
-    }
-    for number in (1..settings.belief.starts).take_while(|_| !is_over(deadline)) {
-        if start(memory, &wandering(&plan.trajectory.controls, settings, number), scratch).is_some() {
+        memory.set_curvature(curvature);
+        let given = start(task.at(phi), plan, controls, memory, scratch);
+        // Evaluate the nominal plan last, so that it is the centre if it is the better one.
+        let nominal = start(task.at(phi), plan, &plan.trajectory.controls, memory, scratch);
+        if given.is_some_and(|given| nominal.is_none_or(|nominal| given < nominal)) {
+            start(task.at(phi), plan, controls, memory, scratch);
+        }
+        let mut consider = |memory: &mut Memory, scratch: &mut Scratch| {
+            Search { task, phi, settings, memory, scratch }.run(deadline);
+            found.consider(&mut memory.centre.plan);
+        };
+        if given.is_some() || nominal.is_some() {
             consider(memory, scratch);
         }
+        for number in (1..settings.belief.starts).take_while(|_| !is_over(deadline)) {
+            let perturbed = wandering(&plan.trajectory.controls, settings, number);
+            if start(task.at(phi), plan, &perturbed, memory, scratch).is_some() {
+                consider(memory, scratch);
+            }
+        }
     }
-    match best {
+    match found.best {
         Some(best) => {
             *plan = best;
-            plan.iterations = iterations;
+            plan.iterations = found.iterations;
         }
         // The expected cost is undefined everywhere: keep the nominal plan for inspection.
         None => {
@@ -79,6 +80,38 @@ pub(crate) fn plan_belief(
             plan.status = PlanStatus::Indefinite;
         }
     }
+}
+
+/// The best plan of searches so far, and the iterations of all.
+struct Found {
+    best: Option<Plan>,
+    iterations: usize,
+}
+
+impl Found {
+    /// Keeps the plan of a search if it is better: converged ones before others, then cheaper ones.
+    fn consider(&mut self, plan: &mut Plan) {
+        plan.mode = PlanMode::Belief;
+        self.iterations += plan.iterations;
+        let rank = |plan: &Plan| (!plan.status.is_converged(), plan.objective);
+        if self.best.as_ref().is_none_or(|best| rank(plan) < rank(best)) {
+            self.best = Some(plan.clone());
+        }
+    }
+}
+
+/// Puts the centre of searches on controls, from the first state of a plan; its expected cost, where it has one.
+fn start(
+    TaskAt { task, phi }: TaskAt,
+    nominal: &Plan,
+    controls: &Matrices,
+    memory: &mut Memory,
+    scratch: &mut Scratch,
+) -> Option<f64> {
+    let to = &mut memory.centre.plan.trajectory;
+    to.states.vector_mut(0).copy_from_slice(nominal.trajectory.states.vector(0));
+    to.controls.copy_from(controls);
+    memory.centre.simulate(task, phi, scratch).is_ok().then_some(memory.centre.plan.objective)
 }
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {

@@ -1,6 +1,6 @@
 use supple_kernels::{Matrices, Scratch, rows};
 use supple_lqg::{Belief, Noise, Regularisation, cost_parts, kalman, solve_riccati};
-use supple_model::system::{Curvature, RollOut};
+use supple_model::system::RollOut;
 
 use crate::Error;
 use crate::gradient::Planned;
@@ -11,7 +11,7 @@ use crate::problem::{Task, TaskAt};
 /// One trajectory, with all quantities on which its expected cost depends.
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
-    /// Trajectory, knots and policy; its `objective` is the expected cost.
+    /// Trajectory, knots and policy; its `objective` is the expected cost, with its own curvature of the cost.
     pub plan: Plan,
     pub noise: Noise,
     pub belief: Belief,
@@ -58,7 +58,7 @@ impl Point {
         if !plan.nominal_cost.is_finite() {
             return Err(Error::NotFinite { what: "the cost of a trajectory" });
         }
-        plan.knots.linearise_plan(&*task.system, at, phi, Curvature::Exact, scratch);
+        plan.knots.linearise_plan(&*task.system, at, phi, plan.curvature, scratch);
         plan.knots.linearise_measurement(&*task.system, at, phi, scratch);
         plan.knots.check_finite()?;
         solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy)?;

@@ -1,7 +1,7 @@
 use std::time::Instant;
 use supple_kernels::{Scratch, rows};
 use supple_lqg::{Regularisation, solve_riccati};
-use supple_model::system::RollOut;
+use supple_model::system::{Curvature, RollOut};
 
 use super::hessian::{Around, Hessian};
 use super::point::Point;
@@ -28,6 +28,15 @@ impl Memory {
             trial: Point::new(task),
             hessian: Hessian::new(size, task.steps),
             gradient: GradientWorkspace::new(size, task.steps),
+        }
+    }
+
+    /// The curvature of the cost in the control law, and so in the expected cost, at all points from now on.
+    pub fn set_curvature(&mut self, curvature: Curvature) {
+        for point in [&mut self.centre, &mut self.trial] {
+            point.plan.curvature = curvature;
+            // Each curvature writes entries that the other leaves 0.
+            point.plan.knots.cost.clear();
         }
     }
 }

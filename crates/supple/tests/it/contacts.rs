@@ -2,7 +2,8 @@
 
 use crate::common::{repository, shipped, task_files};
 use supple::design::{Control, DesignSettings, design};
-use supple::{EvaluateOptions, Evaluation, Problem, Task};
+use supple::settings::{PlanMode, PlanSettings};
+use supple::{EvaluateOptions, Evaluation, Problem, Task, TaskEvaluation};
 use supple_file::{Files, ReadOptions};
 
 fn evaluated(problem: &Problem) -> Evaluation {
@@ -188,5 +189,44 @@ fn shipped_plans_touch_what_they_press_and_nothing_pushes_at_a_distance() {
         }
     }
     assert!(contacts >= 9 && wanted >= 8, "{contacts} contacts, {wanted} forces wanted of them");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Plans that account for uncertainty converge on the contacts of the nominal plan, at nearly its cost: also where exact second
+/// derivatives would let noise lower the cost.
+#[test]
+fn plans_that_weigh_uncertainty_keep_the_contacts_of_nominal_ones() {
+    let kinds = [(PlanMode::Belief, 0.0), (PlanMode::Risk, 1e-3), (PlanMode::Risk, -1e-3)];
+    let (mut faults, mut checked) = (Vec::new(), 0);
+    for file in task_files() {
+        let mut problem = shipped(&file);
+        let phi = problem.parameters.initial();
+        let is_limited = |task: &Task| task.control_bounds.is_some() || task.system.constraints().is_some();
+        let presses = |task: &Task| !task.system.wanted_forces(&phi).is_empty();
+        if problem.planning.plan != PlanMode::Nominal
+            || problem.tasks.iter().any(|task| is_limited(task) || !presses(task))
+        {
+            continue;
+        }
+        let nominal = evaluated(&problem);
+        for (plan, risk_sensitivity) in kinds {
+            problem.planning = PlanSettings { plan, risk_sensitivity, ..problem.planning.clone() };
+            let found = evaluated(&problem);
+            for (at, nominal) in found.tasks.iter().zip(&nominal.tasks) {
+                checked += 1;
+                let touched =
+                    |of: &TaskEvaluation| of.contacts.iter().map(|contact| contact.touches).collect::<Vec<_>>();
+                let is_near = at.cost.expected < 1.02 * nominal.cost.expected;
+                if !at.status.is_converged() || touched(at) != touched(nominal) || !is_near || !at.warnings.is_empty() {
+                    let (cost, before, status) = (at.cost.expected, nominal.cost.expected, at.status);
+                    faults.push(format!(
+                        "{file}, {}, {plan} {risk_sensitivity}: {status}, cost {cost} of {before}, {:?}",
+                        at.name, at.warnings
+                    ));
+                }
+            }
+        }
+    }
+    assert!(checked >= 18, "{checked} plans");
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
