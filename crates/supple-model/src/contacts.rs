@@ -16,6 +16,8 @@ pub struct Contact {
     pub force_signal: Option<usize>,
     /// Indices of the components of its total force among them.
     pub component_signals: Vec<usize>,
+    /// Index of its depth among them.
+    pub depth_signal: Option<usize>,
 }
 
 impl Contact {
@@ -99,6 +101,36 @@ pub struct WantedForce {
     pub contact: usize,
     /// The target, N.
     pub target: f64,
+}
+
+/// A depth of a contact, at the surface or inside, that a cost requests.
+///
+/// ```
+/// use supple_model::TwoMass;
+/// use supple_model::cost::Cost;
+/// use supple_model::quantity::Penetration;
+/// use supple_model::system::{Authored, System};
+///
+/// let model = TwoMass {
+///     mass: [0.8.into(), 0.4.into()],
+///     damping: [60.0.into(), 35.0.into()],
+///     stiffness: [300.0.into(), 200.0.into()],
+///     contact_smoothing: 0.0.into(),
+/// };
+/// let costs = vec![Cost::new(Penetration::new(1), 0.05)];
+/// let wanted = Authored::new(model, costs, 0.02, 0).wanted_depths(&[]);
+/// assert_eq!((wanted[0].kind, wanted[0].contact, wanted[0].depth), ("penetration", 0, 0.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WantedDepth {
+    /// Index of the cost among those of the task, from 0.
+    pub cost: usize,
+    /// Kind of the cost, as files write it.
+    pub kind: &'static str,
+    /// Index of the contact among those of the model.
+    pub contact: usize,
+    /// The depth, m, at least 0.
+    pub depth: f64,
 }
 
 /// A contact along the nominal trajectory, states 0 to N.

@@ -60,7 +60,7 @@ mod trajectory;
 pub mod value;
 
 pub use channels::{Channel, Channels, Drive, Limit, Limited};
-pub use contacts::{Contact, ContactReport, ContactState, NEGLIGIBLE_FORCE, WantedForce};
+pub use contacts::{Contact, ContactReport, ContactState, NEGLIGIBLE_FORCE, WantedDepth, WantedForce};
 pub use document::{FileError, Unfit};
 pub use lenient::or_nan;
 pub use limits::{LimitViolation, limits_violated};

@@ -1,6 +1,6 @@
 //! Contacts along a plan: every contact of the model along the nominal trajectory.
 
-use supple_model::{ContactReport, ContactState, Trajectory, WantedForce};
+use supple_model::{ContactReport, ContactState, Trajectory, WantedDepth, WantedForce};
 
 use crate::problem::Task;
 use supple_text::short;
@@ -47,8 +47,8 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
 /// Below this share of the force that a cost tracks, a contact is only grazed.
 const GRAZING: f64 = 0.1;
 
-/// A warning for each cost that tracks a force at a contact that the plan never makes or only grazes, or that none could have, given the
-/// reports of all contacts; and one for each contact that is deep inside its wall at the start.
+/// A warning for each cost that tracks a force or a depth at a contact that the plan never makes, or only grazes, or that none
+/// could have, given the reports of all contacts; and one for each contact that is deep inside its wall at the start.
 ///
 /// Example: [`contact_reports`].
 #[must_use]
@@ -89,8 +89,32 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
         ))
     };
     let mut warnings: Vec<String> = task.system.wanted_forces(phi).into_iter().filter_map(missed).collect();
+    warnings.extend(apart_warnings(task, phi, reports));
     warnings.extend(deep_warnings(task, phi, reports));
     warnings
+}
+
+/// A warning for each cost that asks for a surface, or a depth inside, which the plan never reaches; not where a cost wants a
+/// force, which is told already.
+fn apart_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
+    let forces = task.system.wanted_forces(phi);
+    let missed = |wanted: WantedDepth| {
+        if forces.iter().any(|force| force.contact == wanted.contact) {
+            return None;
+        }
+        let report = reports.get(wanted.contact).filter(|report| !report.touches)?;
+        let WantedDepth { cost, kind, depth, .. } = wanted;
+        let place = if depth > 0.0 { format!("{} m inside", short(depth, 3)) } else { "at its surface".to_owned() };
+        Some(format!(
+            "task `{}`: the plan never makes contact with `{}`, but cost {} ({kind}) asks for a place {place}; the minimum clearance is \
+             {} m; raise the weight of this cost, give the motion more time, or give an `initial_control` that reaches it",
+            task.name,
+            report.name,
+            cost + 1,
+            short(report.least_clearance_m, 3),
+        ))
+    };
+    task.system.wanted_depths(phi).into_iter().filter_map(missed).collect()
 }
 
 /// At the start, a contact is considered a mistake if it is deeper than `DEEP` times its smoothing and its force exceeds

@@ -181,6 +181,12 @@ impl Cost {
         wanted.filter(|&(_, target)| target != 0.0).collect()
     }
 
+    /// If its quantity is the depth of a contact, or minus that: the index of its signal, and the depth that it asks for, m.
+    #[must_use]
+    pub fn wanted_depth(&self, phi: &[f64]) -> Option<(usize, f64)> {
+        self.quantity.depth_of(self.targets.first().map_or(0.0, |target| target.resolve(phi)))
+    }
+
     /// The residual at a point: how far the quantity is from its targets, given its values there.
     pub fn residual<S: Scalar>(&self, mut values: Vec<S>, at: &Point<S>) -> Vec<S> {
         for (entry, &target) in values.iter_mut().zip(&self.targets).filter(|(_, target)| !target.is_zero()) {

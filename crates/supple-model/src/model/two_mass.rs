@@ -98,7 +98,12 @@ impl Model for TwoMass {
     }
 
     fn contacts(&self) -> Vec<Contact> {
-        vec![Contact { name: "wall".into(), force_signal: Some(0), component_signals: Vec::new() }]
+        vec![Contact {
+            name: "wall".into(),
+            force_signal: Some(0),
+            component_signals: Vec::new(),
+            depth_signal: Some(1),
+        }]
     }
 
     /// The force is the physical one, which never pulls; the signal `contact_force` is `k2` times the depth, even if

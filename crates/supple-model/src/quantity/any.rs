@@ -35,6 +35,7 @@ trait Kind: Any + Debug + Send + Sync {
     fn least_targets(&self) -> usize;
     fn needs_target(&self) -> bool;
     fn signal_of(&self, entry: usize) -> Option<usize>;
+    fn depth_of(&self, target: f64) -> Option<(usize, f64)>;
     fn check(&self, parameters: &Parameters) -> Result<(), Unfit>;
 }
 
@@ -80,6 +81,9 @@ impl<Q: Measurable> Kind for Q {
     }
     fn signal_of(&self, entry: usize) -> Option<usize> {
         Measurable::signal_of(self, entry)
+    }
+    fn depth_of(&self, target: f64) -> Option<(usize, f64)> {
+        Measurable::depth_of(self, target)
     }
     fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         Measurable::check(self, parameters)
@@ -211,6 +215,12 @@ impl Quantity {
     #[must_use]
     pub fn signal_of(&self, entry: usize) -> Option<usize> {
         self.0.signal_of(entry)
+    }
+
+    /// If this is the depth of a contact, or minus that: the index of its signal, and the depth, m, that a target asks for.
+    #[must_use]
+    pub fn depth_of(&self, target: f64) -> Option<(usize, f64)> {
+        self.0.depth_of(target)
     }
 
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.

@@ -40,4 +40,8 @@ impl Measurable for Clearance {
     fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {
         out[0] = -known.signals[self.depth];
     }
+
+    fn depth_of(&self, target: f64) -> Option<(usize, f64)> {
+        Some((self.depth, -target))
+    }
 }

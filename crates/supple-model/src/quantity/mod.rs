@@ -218,6 +218,11 @@ pub trait Measurable: Debug + Send + Sync + 'static {
         None
     }
 
+    /// If this is the depth of a contact, or minus that: the index of its signal, and the depth, m, that a target asks for.
+    fn depth_of(&self, _target: f64) -> Option<(usize, f64)> {
+        None
+    }
+
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
     fn check(&self, _parameters: &Parameters) -> Result<(), Unfit> {
         Ok(())

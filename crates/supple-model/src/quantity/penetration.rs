@@ -63,4 +63,8 @@ impl Measurable for Penetration {
     fn signal_of(&self, _: usize) -> Option<usize> {
         Some(self.signal)
     }
+
+    fn depth_of(&self, target: f64) -> Option<(usize, f64)> {
+        Some((self.signal, target))
+    }
 }

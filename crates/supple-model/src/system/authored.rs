@@ -13,7 +13,7 @@ use super::second::DynamicsCurvature;
 use super::substeps::{Step, step_repeatedly};
 use super::trace::{residuals, source, substeps, values};
 use super::{Adjoints, Constraints, Curvature, Points, System, Times, Variation, make_convex};
-use crate::contacts::{Contact, ContactState, WantedForce};
+use crate::contacts::{Contact, ContactState, WantedDepth, WantedForce};
 use crate::cost::Cost;
 use crate::followed::{self, Followed, FollowedNumber};
 use crate::quantity::{Measurable, Penetration, Quantity, Vocabulary};
@@ -315,6 +315,16 @@ impl<M: Model> System for Authored<M> {
             wanted.into_iter().filter_map(known).collect::<Vec<_>>()
         };
         self.costs.iter().enumerate().flat_map(of_cost).collect()
+    }
+
+    fn wanted_depths(&self, phi: &[f64]) -> Vec<WantedDepth> {
+        let contacts = self.model.contacts();
+        let of_cost = |(index, cost): (usize, &Cost)| {
+            let (signal, depth) = cost.wanted_depth(phi).filter(|&(_, depth)| depth >= 0.0 && cost.counts(phi))?;
+            let contact = contacts.iter().position(|contact| contact.depth_signal == Some(signal))?;
+            Some(WantedDepth { cost: index, kind: cost.name(), contact, depth })
+        };
+        self.costs.iter().enumerate().filter_map(of_cost).collect()
     }
 
     fn picture(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Option<Seen> {

@@ -6,7 +6,7 @@
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{Dimensions, KnotAdjoints};
 
-use crate::contacts::{Contact, ContactState, WantedForce};
+use crate::contacts::{Contact, ContactState, WantedDepth, WantedForce};
 use crate::followed::FollowedNumber;
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
@@ -105,6 +105,11 @@ pub trait System: Send + Sync {
 
     /// The contact forces that costs request.
     fn wanted_forces(&self, _phi: &[f64]) -> Vec<WantedForce> {
+        Vec::new()
+    }
+
+    /// The depths of contacts, at their surface or inside, that costs request.
+    fn wanted_depths(&self, _phi: &[f64]) -> Vec<WantedDepth> {
         Vec::new()
     }
 

@@ -192,6 +192,31 @@ fn shipped_plans_touch_what_they_press_and_nothing_pushes_at_a_distance() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// A cost that asks for the surface, or for a place inside, of a wall that the plan never reaches is warned of; one that asks for a
+/// distance is not.
+#[test]
+fn depths_that_a_plan_never_reaches_are_warned_of() {
+    let asked = [
+        ("penetration", "0.0", true),
+        ("penetration", "0.002", true),
+        ("clearance", "0.0", true),
+        ("clearance", "0.1", false),
+    ];
+    for (kind, target, is_told) in asked {
+        let cost = format!("[[tasks.costs]]\nkind = \"{kind}\"\ntarget = [{target}]\nweight = 1e-9\n");
+        let text = std::fs::read_to_string(repository("tasks/two_mass.toml")).unwrap();
+        let (head, costs) = text.split_at(text.find("[[tasks.costs]]").unwrap());
+        let control = costs.find("kind = \"control\"").unwrap();
+        let control = costs[..control].rfind("[[tasks.costs]]").unwrap();
+        let head = head.replace("[57.0]", "[0.0]");
+        let problem = supple_file::parse(&format!("{head}{cost}{}", &costs[control..]), "two_mass.toml").unwrap();
+        let warnings = evaluated(&problem).tasks.remove(0).warnings;
+        let about = warnings.iter().find(|warning| warning.contains("never makes contact with `wall`"));
+        assert_eq!(about.is_some(), is_told, "{kind} {target}: {warnings:?}");
+        assert!(about.is_none_or(|about| about.contains(&format!("({kind}) asks for a place"))), "{about:?}");
+    }
+}
+
 /// Plans that account for uncertainty converge on the contacts of the nominal plan, at nearly its cost: also where exact second
 /// derivatives would let noise lower the cost.
 #[test]

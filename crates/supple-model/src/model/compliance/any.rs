@@ -158,7 +158,7 @@ pub(in crate::model) const CONTACT_FORCE: &str = "contact_force";
 
 /// The components of the total force of a contact.
 pub(in crate::model) const FORCE_COMPONENTS: [&str; 3] = ["force_x", "force_y", "force_z"];
-const PENETRATION: &str = "penetration";
+pub(in crate::model) const PENETRATION: &str = "penetration";
 
 impl Coupling {
     /// Its interface over a scalar type.

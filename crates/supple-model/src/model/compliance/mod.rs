@@ -24,7 +24,7 @@ mod names;
 mod spring;
 
 pub use any::Couplings;
-pub(super) use any::{CONTACT_FORCE, FORCE_COMPONENTS, Native};
+pub(super) use any::{CONTACT_FORCE, FORCE_COMPONENTS, Native, PENETRATION};
 pub(super) use element::Element;
 pub use names::Names;
 pub(super) use names::find;

@@ -10,7 +10,7 @@ use crate::Value;
 use crate::channels::{Channel, Channels, Drive, Limit};
 use crate::contacts::{Contact, ContactState};
 use crate::model::bodies::Situation;
-use crate::model::compliance::{CONTACT_FORCE, Element, FORCE_COMPONENTS};
+use crate::model::compliance::{CONTACT_FORCE, Element, FORCE_COMPONENTS, PENETRATION};
 use crate::physics::{DependentJoint, FileSensor, Model, Point};
 use crate::quantity::{Known, signals_for};
 use crate::scene::Picture;
@@ -174,7 +174,12 @@ impl Model for Robot {
             let name = element.name.clone();
             let place = |what: &str| signals.iter().position(|signal| *signal == format!("{name}.{what}"));
             let components = FORCE_COMPONENTS.into_iter().filter_map(place).collect();
-            Contact { force_signal: place(CONTACT_FORCE), component_signals: components, name }
+            Contact {
+                force_signal: place(CONTACT_FORCE),
+                component_signals: components,
+                depth_signal: place(PENETRATION),
+                name,
+            }
         };
         touching.map(of).collect()
     }
