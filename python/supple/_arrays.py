@@ -83,7 +83,11 @@ def _text(shape: tuple[int, ...]) -> str:
 
 def check_unmasked(name: str, given: object) -> None:
     """Rejects masked arrays: NumPy would use the masked values."""
-    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
+    if isinstance(given, (list, tuple)):
+        for index, entry in enumerate(given):
+            if isinstance(entry, (list, tuple, np.ma.MaskedArray)):
+                check_unmasked(f"{name}[{index}]", entry)
+    elif isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
         place = ", ".join(str(index) for index in np.argwhere(np.ma.getmaskarray(given))[0])
         raise UsageError(
             f"{name}{f'[{place}]' if place else ''} is masked: every number is needed; fill masked entries first, such as by `.filled(0.0)`"

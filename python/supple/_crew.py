@@ -80,6 +80,10 @@ Keep = Callable[[Done], None]
 Shown = Callable[[int], None]
 
 
+# Processes of this machine, at most.
+MOST_PROCESSES = 1024
+
+
 class Crew:
     """The workers of an executor, for the duration of one study; recreates executors if possible."""
 
@@ -91,7 +95,7 @@ class Crew:
         if isinstance(workers, Executor):
             self._executor = workers
             return
-        if isinstance(workers, int) and not isinstance(workers, bool) and workers >= 1:
+        if isinstance(workers, int) and not isinstance(workers, bool) and 1 <= workers <= MOST_PROCESSES:
             count = workers
             # Forked processes would inherit locks and open files of this process.
             spawn = multiprocessing.get_context("spawn")
@@ -99,7 +103,9 @@ class Crew:
         elif callable(workers):
             self._make = workers
         else:
-            valid = "an executor, a number of processes of at least 1, or a function that makes an executor"
+            valid = (
+                f"an executor, a number of processes from 1 to {MOST_PROCESSES}, or a function that makes an executor"
+            )
             raise UsageError(f"executor={workers!r}: {valid}")
         self._executor = self._make()
 

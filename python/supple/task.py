@@ -53,6 +53,8 @@ Gradient = Literal["total", "frozen", "both"]
 
 METHODS = ("sqp", "cobyla", "barrier")
 GRADIENTS = ("total", "frozen")
+# Threads, at most.
+MOST_JOBS = 1024
 
 
 class Task:
@@ -354,8 +356,8 @@ class Task:
             **parameters: Values of parameters that are not on an axis.
         """
         check_counts(rollouts=rollouts, starts=starts, branches=branches, seed=seed)
-        if jobs is not None and jobs < 1:
-            raise UsageError(f"jobs={jobs}: must be at least 1")
+        if jobs is not None and not 1 <= jobs <= MOST_JOBS:
+            raise UsageError(f"jobs={jobs}: must be at least 1 and at most {MOST_JOBS}")
         if jobs is not None and executor is not None:
             raise UsageError("jobs sets threads of this process and executor has its own workers: give only one")
         task = self.at(at, **parameters)

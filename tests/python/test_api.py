@@ -219,6 +219,8 @@ def test_misuse_says_what_is_valid(task: supple.Task) -> None:
         (lambda: task.sweep({"k1": [[1.0, 2.0]]}), "has the shape (1, 2); valid: a list of numbers"),
         (lambda: task.sweep({"k1": "log:50:600"}), "FROM:TO:COUNT"),
         (lambda: task.sweep({"k1": [100.0]}, jobs=0), "jobs=0"),
+        (lambda: task.sweep({"k1": [100.0]}, jobs=10**5), "at most 1024"),
+        (lambda: task.sweep({"k1": [100.0]}, starts=10**10), "at most 10000"),
         (lambda: task.robustness(vary={"k1": [60.0, 70.0]}), "is a design parameter"),
         (lambda: task.robustness(vary={}), "vary names 0 parameters"),
         (lambda: task.robustness(["stiff"], vary={"wall_variance": [1e-5, 1e-4]}), "`stiff` is not a design"),

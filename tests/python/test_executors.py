@@ -255,8 +255,8 @@ def test_errors_of_workers_are_those_of_this_process(task: supple.Task, tmp_path
 
 
 def test_what_cannot_be_is_said(task: supple.Task, monkeypatch: pytest.MonkeyPatch) -> None:
-    for wrong in (0, -1, True, "pool"):
-        with pytest.raises(supple.UsageError, match="a number of processes of at least 1"):
+    for wrong in (0, 10**18, -1, True, "pool"):
+        with pytest.raises(supple.UsageError, match="a number of processes from 1 to 1024"):
             task.sweep(SMALL, executor=wrong)  # type: ignore[arg-type]
     with pytest.raises(supple.UsageError, match="give only one"):
         task.sweep(SMALL, executor=2, jobs=2)

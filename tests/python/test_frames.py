@@ -86,6 +86,9 @@ def test_masked_numbers_are_refused(small: supple.Task) -> None:
     masked = np.ma.array([[1.0], [2.0]], mask=[[False], [True]])
     with pytest.raises(supple.UsageError, match=r"controls\[1, 0\] is masked.*filled"):
         small.simulate(masked)
+    row = np.ma.array([1.0], mask=[True])
+    with pytest.raises(supple.UsageError, match=r"controls\[1\]\[0\] is masked"):
+        small.simulate([[1.0], row])
     with pytest.raises(supple.UsageError, match=r"k1\[1\] is masked"):
         small.sweep({"k1": np.ma.array([40.0, 60.0], mask=[False, True])})
     plain = np.ma.array([[1.0], [2.0]])

@@ -62,7 +62,7 @@ fn pareto_prints_a_page_and_keeps_a_result() {
     for told in [
         "4 of 4 points are local optima; 2 starts, seed 0.",
         "The cost limit of press is",
-        "Warning: at factor 0.386861, task `press`: cost 1 (contact_force) tracks a force of 3 N at `wall`, but the plan only grazes it",
+        "Warning: at factor 0.386861, task `press`: cost 1 (contact_force) tracks a force of 3 N at `wall`, but the plan presses with at most",
     ] {
         assert!(text.contains(told), "{text}");
     }

@@ -30,6 +30,16 @@ pub fn parse_document<'a>(text: &'a str, name: &'a str) -> Result<Document<'a>, 
         Ok(root) => Ok(Document::new(name, text, table(root.into_inner()))),
         Err(error) => {
             let span = error.span().unwrap_or(0..0);
+            if let Some(number) = without_zero(text, span.start) {
+                let message = format!("numbers begin with a digit: write `0{number}` in place of `{number}`");
+                return Err(FileError::at(
+                    name,
+                    text,
+                    span.start..span.start + number.len(),
+                    number.to_owned(),
+                    message,
+                ));
+            }
             match (error.message().trim(), text.get(span.clone())) {
                 ("duplicate key", Some(key)) => {
                     let message = format!("`{key}` is defined twice");
@@ -47,6 +57,13 @@ pub fn parse_document<'a>(text: &'a str, name: &'a str) -> Result<Document<'a>, 
             }
         }
     }
+}
+
+/// The number at `at` where it begins with its decimal point, such as `.2`.
+fn without_zero(text: &str, at: usize) -> Option<&str> {
+    let number = text.get(at..)?;
+    let digits = number.strip_prefix('.')?.bytes().take_while(u8::is_ascii_digit).count();
+    (digits > 0).then(|| &number[..=digits])
 }
 
 /// The value of the line at `at` where it is a number with a unit, such as `0.5 ms`: its place, the number and the unit.

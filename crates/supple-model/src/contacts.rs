@@ -45,6 +45,8 @@ pub struct ContactState {
     pub smoothing: f64,
     /// Stiffness, N/m.
     pub stiffness: f64,
+    /// Radius of the body that touches, m; 0 for a point.
+    pub radius: f64,
     /// The total force, including friction, in the axes of the world, N.
     pub total_force: [f64; 3],
 }
@@ -215,6 +217,7 @@ mod tests {
             clearance,
             smoothing: 0.01,
             stiffness: 100.0,
+            radius: 0.0,
             total_force: [0.0, 0.6 * force, 0.8 * force],
         }
     }

@@ -55,6 +55,8 @@ pub struct Robot {
     pub warnings: Vec<String>,
     /// The same with a separate sentence for each occurrence.
     pub every_warning: Vec<String>,
+    /// Those of them about parts of the file that exert forces, and are left out: the robot moves differently.
+    pub left_out_forces: Vec<String>,
 }
 
 /// A rigid body.

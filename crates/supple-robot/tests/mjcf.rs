@@ -353,14 +353,14 @@ fn what_is_not_modelled_is_listed_once() {
         "unknown `sesnor` in `mujoco` is ignored; did you mean `sensor`? (line 4)",
         "element `tendon` is ignored (line 9)",
         "element `contact` is ignored (line 9)",
-        "attribute `density` of `option` is ignored (line 3)",
-        "attribute `spring` of `flag` is ignored (line 3)",
+        "`density` of `option` is left out: no medium slows the robot down (line 3)",
+        "`spring` of `flag` is left out: what it disables acts nonetheless (line 3)",
         "unknown `jiont` in `default` is ignored; did you mean `joint`? (line 5)",
         "`texture` elements are ignored (2 of them, first at line 5)",
         "element `material` is ignored (line 5)",
         "`camera` elements are ignored (2 of them, first at line 6)",
         "element `light` is ignored (line 6)",
-        "attribute `gravcomp` of `body` is ignored (line 6)",
+        "`gravcomp` of bodies is left out: gravity acts on them (line 6)",
         "element `plugin` is ignored (line 8)",
         "unknown `jiont` in `body` is ignored; did you mean `joint`? (line 8)",
         "joint of body `a`: attribute `rnage` is not known and is ignored; did you mean `range`? (line 7)",
@@ -370,6 +370,36 @@ fn what_is_not_modelled_is_listed_once() {
         "geom of body `a`: attribute `cocon` is not known and is ignored; did you mean `condim`? (line 7)",
     ];
     assert_eq!(robot.warnings, expected);
+}
+
+#[test]
+fn cutoffs_of_sensors_are_told() {
+    let robot = read(
+        "<mujoco>\n<worldbody><body><joint name='j' type='hinge'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n\
+         </worldbody>\n<sensor><jointpos name='angle' joint='j' cutoff='0.1'/></sensor>\n</mujoco>",
+    );
+    assert_eq!(robot.sensors.len(), 1);
+    assert_eq!(robot.warnings, ["jointpos `angle`: its `cutoff` is left out (line 4)"]);
+}
+
+/// Tendons are left out; those that exert forces, of their own or by a default, change the motion.
+#[test]
+fn tendons_that_exert_forces_are_told() {
+    let with = |default: &str, tendon: &str| {
+        let text = format!(
+            "<mujoco>\n<default><tendon {default}/></default>\n<worldbody><body><joint name='j' type='hinge'/>\n\
+             <inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body></worldbody>\n\
+             <tendon><fixed name='spr' {tendon}><joint joint='j' coef='1'/></fixed></tendon>\n</mujoco>"
+        );
+        read(&text).left_out_forces
+    };
+    let said = |means: &str| vec![format!("tendon `spr` is left out, with its {means} (line 5)")];
+    assert_eq!(with("", "stiffness='200' springlength='0.9'"), said("spring (`stiffness`)"));
+    assert_eq!(with("damping='1'", ""), said("damper (`damping`)"));
+    assert_eq!(with("", "range='0 0.3'"), said("limit (`range`)"));
+    for still in ["", "range='0 0.3' limited='false'", "stiffness='0' damping='0 0 0'"] {
+        assert_eq!(with("", still), Vec::<String>::new(), "{still}");
+    }
 }
 
 /// Meshes are only drawn: the first of one name is, and that is said.

@@ -152,7 +152,11 @@ impl DesignReport {
         let [fall, found] = [predicted, sampled].map(|[from, to]| from - to);
         // Three standard errors, as in the verdicts on roll-outs.
         let surely = found + 3.0 * variance.sqrt() < 0.5 * fall;
-        (fall > LEAST_FALL * predicted[0] && surely).then_some(Unconfirmed { predicted, sampled })
+        (fall > LEAST_FALL * predicted[0] && surely).then_some(Unconfirmed {
+            predicted,
+            sampled,
+            standard_error: variance.sqrt(),
+        })
     }
 
     /// That the optimum has more of what is minimised than a start within all limits, in words; `None` if it has not. A plan may
@@ -182,8 +186,9 @@ const LEAST_FALL: f64 = 0.02;
 /// ```
 /// use supple_study::design::Unconfirmed;
 ///
-/// let found = Unconfirmed { predicted: [16.0, 12.0], sampled: [20.0, 22.0] };
+/// let found = Unconfirmed { predicted: [16.0, 12.0], sampled: [20.0, 22.0], standard_error: 1.0 };
 /// assert!(found.to_string().starts_with("roll-outs do not confirm the reduction: they measure 20 bits at the start and 22"));
+/// assert!(!found.is_contradicted() && Unconfirmed { standard_error: 0.5, ..found }.is_contradicted());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unconfirmed {
@@ -191,15 +196,27 @@ pub struct Unconfirmed {
     pub predicted: [f64; 2],
     /// In roll-outs.
     pub sampled: [f64; 2],
+    /// Standard error of the difference of the latter.
+    pub standard_error: f64,
+}
+
+impl Unconfirmed {
+    /// Whether roll-outs surely measure more at the optimum than at the start, by three standard errors.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        let [from, to] = self.sampled;
+        to - from > 3.0 * self.standard_error
+    }
 }
 
 impl std::fmt::Display for Unconfirmed {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         let [from, to] = self.sampled.map(|bits| short(bits, 4));
         let [start, optimum] = self.predicted.map(|bits| short(bits, 4));
+        let verb = if self.is_contradicted() { "contradict" } else { "do not confirm" };
         write!(
             f,
-            "roll-outs do not confirm the reduction: they measure {from} bits at the start and {to} at the optimum, where {start} and \
+            "roll-outs {verb} the reduction: they measure {from} bits at the start and {to} at the optimum, where {start} and \
              {optimum} are predicted"
         )
     }

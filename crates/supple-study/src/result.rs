@@ -12,7 +12,7 @@ use crate::robustness::Robustness;
 use crate::sensors::Sensors;
 use crate::sweep::Sweep;
 use crate::trace::Trace;
-use crate::{NotFinite, StudyError, not_finite};
+use crate::{About, NotFinite, StudyError, not_finite};
 
 /// The result of a study file.
 ///
@@ -127,11 +127,15 @@ impl StudyResult {
     }
 
     /// Whether it is less than what was asked for: stopped, not converged, above a limit, with warnings, or contradicted by
-    /// roll-outs. Numbers that are not finite are for [`not_finite`](Self::not_finite) to find.
+    /// roll-outs; `about` is the task. Numbers that are not finite are for [`not_finite`](Self::not_finite) to find.
     #[must_use]
-    pub fn falls_short(&self) -> bool {
+    pub fn falls_short(&self, about: &About) -> bool {
         let as_asked = match self {
-            Self::Design(result) => result.status == DesignStatus::Converged && is_trusted(&result.optimum),
+            Self::Design(result) => {
+                result.status == DesignStatus::Converged
+                    && is_trusted(&result.optimum)
+                    && !result.unconfirmed(about).is_some_and(|found| found.is_contradicted())
+            }
             Self::Evaluate(result) => result.evaluation.feasible && is_trusted(&result.evaluation),
             Self::Sweep(result) => result.untrusted() < result.table.rows.len(),
             Self::Robustness(result) => {

@@ -10,7 +10,7 @@ use supple::parameters::Scale;
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Evaluation, Matrices, TaskEvaluation, Verdict};
 use supple_study::design::DesignReport;
-use supple_study::{About, LoadedTask, Watch};
+use supple_study::{About, LoadedTask, StudyResult, Watch};
 
 fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
@@ -311,6 +311,7 @@ fn reductions_that_roll_outs_do_not_confirm_are_told() {
     let found = report.unconfirmed(&about).unwrap();
     assert_eq!(found.sampled, [sampled(&report).mean, more]);
     assert_eq!(found.predicted[1], report.optimum.tasks[0].information.total_bits);
+    assert!(found.is_contradicted() && StudyResult::Design(Box::new(report.clone())).falls_short(&about));
     report.settings.information = InformationWeights::of_kind("needed").unwrap();
     assert_eq!(report.unconfirmed(&about), None, "another information was minimised");
 }

@@ -50,15 +50,18 @@ pub use units::{printed_unit, raised};
 const LARGEST: u64 = 64 << 20;
 
 /// Text that is safe to print: titles, names and messages may come from untrusted files and contain terminal commands.
-/// Control characters other than line breaks and tabs, and those that change the text direction, become `\u{fffd}`.
+/// Control characters other than line breaks and tabs, Unicode's own line breaks, and what changes the text direction, become
+/// `\u{fffd}`.
 ///
 /// ```
 /// assert_eq!(supple_text::plain("a title\u{1b}[31m"), "a title\u{fffd}[31m");
+/// assert_eq!(supple_text::plain("two\u{2028}lines\u{200f}"), "two\u{fffd}lines\u{fffd}");
 /// ```
 #[must_use]
 pub fn plain(text: &str) -> Cow<'_, str> {
     let is_command = |c: char| {
-        c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+        c.is_control() && !matches!(c, '\n' | '\t')
+            || matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
     };
     if text.contains(is_command) { text.replace(is_command, "\u{fffd}").into() } else { text.into() }
 }

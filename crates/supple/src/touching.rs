@@ -44,7 +44,7 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
     along.into_iter().map(|(name, states)| ContactReport::of(name, &states, time_step)).collect()
 }
 
-/// Below this share of the force that a cost tracks, a contact is only grazed.
+/// Below this share of the force that a cost tracks, the wall is only grazed.
 const GRAZING: f64 = 0.1;
 
 /// A warning for each cost that tracks a force or a depth at a contact that the plan never makes, or only grazes, or that none
@@ -56,11 +56,11 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
     let missed = |wanted: WantedForce| {
         let report = reports.get(wanted.contact)?;
         let WantedForce { cost, kind, target, .. } = wanted;
-        if report.touches {
-            return (target > 0.0 && report.peak_force < GRAZING * target).then(|| {
+        if report.touches && target >= 0.0 {
+            return (report.peak_force < GRAZING * target).then(|| {
                 format!(
-                    "task `{}`: cost {} ({kind}) tracks a force of {} N at `{}`, but the plan only grazes it, with at most {} N; raise the \
-                     weight of this cost, or give an `initial_control` that presses",
+                    "task `{}`: cost {} ({kind}) tracks a force of {} N at `{}`, but the plan presses with at most {} N; raise the weight \
+                     of this cost, or give an `initial_control` that presses",
                     task.name,
                     cost + 1,
                     short(target, 3),
@@ -91,6 +91,7 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
     let mut warnings: Vec<String> = task.system.wanted_forces(phi).into_iter().filter_map(missed).collect();
     warnings.extend(apart_warnings(task, phi, reports));
     warnings.extend(deep_warnings(task, phi, reports));
+    warnings.extend(sunk_warnings(task, phi, reports));
     warnings
 }
 
@@ -157,7 +158,7 @@ fn deep_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<Str
             }
             format!(
                 "task `{}`: at the start, contact `{name}` is {} m inside its wall and exerts {} N{than}; check \
-                 `initial_state` and the position of the wall",
+                 `initial_state`, and the `point` and the direction of the `normal` of the wall",
                 task.name,
                 short(depth, 3),
                 short(state.force, 3),
@@ -165,6 +166,29 @@ fn deep_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<Str
         })
     };
     task.system.contact_states(&start, phi).into_iter().enumerate().filter_map(deep).collect()
+}
+
+/// A warning for each contact whose body sinks into the wall by more than its radius along the plan: its centre is beyond the
+/// surface.
+fn sunk_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
+    if reports.is_empty() {
+        return Vec::new();
+    }
+    let sunk = |(state, report): (ContactState, &ContactReport)| {
+        let depth = -report.least_clearance_m;
+        (state.radius > 0.0 && depth > state.radius).then(|| {
+            format!(
+                "task `{}`: contact `{}` sinks {} m into its wall, by more than its radius of {} m; raise its `stiffness`, or check \
+                 `initial_state`, and the `point` and the direction of the `normal` of the wall",
+                task.name,
+                report.name,
+                short(depth, 3),
+                short(state.radius, 3),
+            )
+        })
+    };
+    let states = task.system.contact_states(&task.first_state(phi), phi);
+    states.into_iter().zip(reports).filter_map(sunk).collect()
 }
 
 /// Whether a trajectory never makes some contact at which a cost tracks a force.

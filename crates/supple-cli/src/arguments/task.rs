@@ -59,7 +59,7 @@ impl TaskArguments {
             if let Some(stranger) = stranger {
                 warn(&format!("the design in {}: {stranger}", from.display()));
             }
-            if folder.result.falls_short() {
+            if folder.result.falls_short(&folder.made.about) {
                 warn(&format!("the design in {} fell short of what was asked: see `supple show`", from.display()));
             }
         }

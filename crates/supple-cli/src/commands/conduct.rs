@@ -51,7 +51,7 @@ pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>)
     if let Some(folder) = folder {
         Folder::conclude(folder, &made, &result)?;
     }
-    let outcome = if result.falls_short() { Outcome::Shortfall } else { Outcome::Success };
+    let outcome = if result.falls_short(&made.about) { Outcome::Shortfall } else { Outcome::Success };
     Ok(outcome.and(print(&result, &made.about, folder, output.json)?))
 }
 

@@ -42,6 +42,15 @@ fn an_infinite_noise_ended_as_an_optimum() {
     assert!(failed >= 4, "the cases are of use: {failed}");
 }
 
+/// The parser of TOML speaks of a mantissa.
+#[test]
+fn numbers_without_a_leading_zero_are_told() {
+    let folder = Folder::with_task(edited(TWO_MASS, "bound = 25.0", "bound = .25"));
+    let run = folder.run(&["evaluate", "task.toml"]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.stderr.contains("numbers begin with a digit: write `0.25` in place of `.25`"), "{}", run.stderr);
+}
+
 /// One state, two sensors of which one is a thousand times finer: ln 1e10 nats, of which 23.0232 were found.
 #[test]
 fn redundant_sensors_lost_their_digits() {

@@ -291,7 +291,7 @@ impl Reader<'_> {
             .starting_at(initial_state)
             .guessing_each(initial_control)
             .weighing_information(file.information_weight);
-        let task = Task { bound: file.bound, control_bounds, ..task };
+        let task = Task { bound: file.bound, control_bounds, doubts: model.doubts(), ..task };
         task.check(self.parameters).map_err(|unfit| self.unfit(unfit))?;
         let doubts = out_of_reach(&task, &costs, &followed, &self.parameters.initial());
         Ok((task, doubts))

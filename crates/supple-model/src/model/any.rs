@@ -26,6 +26,8 @@ pub trait AnyModel {
     fn warnings(&self) -> Vec<String>;
     /// The same with a separate sentence for each occurrence.
     fn every_warning(&self) -> Vec<String>;
+    /// Reasons not to trust any number about it, which every result repeats.
+    fn doubts(&self) -> Vec<String>;
     /// The limits of its states and controls.
     fn limits(&self) -> Vec<Limit>;
     /// Whether its first state may be omitted, or given by a keyframe or a pose.

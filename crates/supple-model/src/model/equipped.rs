@@ -252,6 +252,9 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     fn every_warning(&self) -> Vec<String> {
         self.model.every_warning()
     }
+    fn doubts(&self) -> Vec<String> {
+        self.model.doubts()
+    }
     fn limits(&self) -> Vec<Limit> {
         Model::limits(self)
     }
@@ -307,6 +310,9 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn every_warning(&self) -> Vec<String> {
         ModelFile::every_warning(self)
+    }
+    fn doubts(&self) -> Vec<String> {
+        ModelFile::doubts(self)
     }
     fn limits(&self) -> Vec<Limit> {
         Model::limits(self)

@@ -50,6 +50,11 @@ pub trait ModelFile: Model + Clone {
         self.warnings()
     }
 
+    /// Reasons not to trust any number about it, which every result repeats.
+    fn doubts(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Whether the task may omit the first state, or give it by a keyframe or a pose.
     fn starts_by_itself(&self) -> bool {
         false

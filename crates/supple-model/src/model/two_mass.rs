@@ -112,7 +112,7 @@ impl Model for TwoMass {
         let stiffness = at.value(self.stiffness[1]);
         let force = stiffness * self.pressed(at);
         let (clearance, smoothing) = (-Self::penetration(at), at.value(self.contact_smoothing));
-        vec![ContactState { force, clearance, smoothing, stiffness, total_force: [-force, 0.0, 0.0] }]
+        vec![ContactState { force, clearance, smoothing, stiffness, radius: 0.0, total_force: [-force, 0.0, 0.0] }]
     }
 
     fn state_names(&self) -> Vec<String> {

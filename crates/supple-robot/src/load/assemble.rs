@@ -62,7 +62,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
     let placed = |mimic: Mimic| Mimic { joint: order.joints[mimic.joint], ..mimic };
     let joints = joints.into_iter().zip(mimics).zip(&ends);
     let joints = joints.map(|((joint, mimic), ends)| joint.finish(order.links[ends.parent], mimic.map(placed)));
-    let Sentences { kinds, every } = warnings.into_sentences();
+    let Sentences { kinds, every, forces } = warnings.into_sentences();
     Ok(Robot {
         name,
         links: sorted(links.into_iter().map(LinkPart::finish), &order.links),
@@ -71,6 +71,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
         gravity,
         warnings: kinds,
         every_warning: every,
+        left_out_forces: forces,
         ..Robot::default()
     })
 }

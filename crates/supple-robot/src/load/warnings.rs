@@ -22,6 +22,8 @@ pub(super) struct Warnings {
     single: Vec<String>,
     /// Number of individual warnings beyond the limit.
     uncounted: usize,
+    /// Parts that exert forces and are left out, one sentence for each kind.
+    forces: Vec<String>,
 }
 
 /// Warnings as sentences.
@@ -30,6 +32,8 @@ pub(super) struct Sentences {
     pub(super) kinds: Vec<String>,
     /// Every single one.
     pub(super) every: Vec<String>,
+    /// Those about parts that exert forces and are left out.
+    pub(super) forces: Vec<String>,
 }
 
 /// A kind of warning.
@@ -116,6 +120,14 @@ impl Warnings {
         self.add(format!("!{kind}"), element, || Text::Note(text()));
     }
 
+    /// Reports a part that exerts forces and is left out, so that the robot moves differently: a sentence without a full stop.
+    pub(super) fn leave_out_force(&mut self, kind: &str, element: Element, text: impl Fn() -> String) {
+        if !self.index.contains_key(&format!("!{kind}")) && self.forces.len() < MOST_KINDS {
+            self.forces.push(format!("{} ({})", text(), element.place()));
+        }
+        self.say(kind, element, text);
+    }
+
     /// Reports a mesh that is left out, and why: the end of a sentence about it.
     pub(super) fn leave_out_mesh(&mut self, element: Element, name: &str, why: &'static str) {
         let name = clipped(name).into_owned();
@@ -162,6 +174,6 @@ impl Warnings {
         if self.uncounted > 0 {
             every.push(format!("{} further warnings are left out", self.uncounted));
         }
-        Sentences { kinds, every }
+        Sentences { kinds, every, forces: self.forces }
     }
 }

@@ -67,7 +67,9 @@ impl Axis {
             let share = i as f64 / last as f64;
             let between = match scale {
                 Scale::Linear => from + share * (to - from),
-                Scale::Log => from * math::powf(to / from, share),
+                Scale::Log if (to / from).is_normal() => from * math::powf(to / from, share),
+                // The ratio is too large or too small for a number.
+                Scale::Log => math::powf(from, 1.0 - share) * math::powf(to, share),
             };
             between.clamp(least, greatest)
         };
@@ -171,6 +173,12 @@ mod tests {
         assert_eq!(parsed(" k1 = lin: 600 : 50 : 3 "), (Scale::Linear, vec![600.0, 325.0, 50.0]));
         assert_eq!(parsed("k1=75:600:1"), (Scale::Linear, vec![75.0]));
         assert_eq!(parsed("k1=75:75:1"), (Scale::Linear, vec![75.0]));
+        let wide = Axis::spread(Scale::Log, [1e-200, 1e200], 5).unwrap();
+        assert!(
+            wide.iter()
+                .zip([1e-200, 1e-100, 1.0, 1e100, 1e200])
+                .all(|(value, right)| (value / right - 1.0).abs() < 1e-12)
+        );
         assert_eq!(parsed("k1=60,50,1e2"), (Scale::Log, vec![60.0, 50.0, 100.0]));
         assert_eq!(parsed("wall_variance=2e-4"), (Scale::Log, vec![2e-4]));
         let (scale, values) = parsed("wall_variance=log:1e-8:1:9");

@@ -1,5 +1,7 @@
 use std::ops::Range;
 
+use supple::settings::DesignSettings;
+
 use super::axis::too_many;
 use super::axis::{Axis, MOST_POINTS};
 use super::options::SweepOptions;
@@ -44,6 +46,10 @@ impl Grid {
         }
         supple::check_rollouts(options.rollouts)?;
         supple::check_branches(options.branches)?;
+        if options.starts > 0 {
+            let settings = DesignSettings { starts: options.starts, ..task.problem.design.clone() };
+            settings.check().map_err(|unfit| StudyError::usage(unfit.to_string()))?;
+        }
         if options.starts > 0 && options.branches > 0 {
             let message = "branches and starts exclude each other: searches for designs look for other local minima by \
                            themselves, as often as `branch_attempts` in [design] says";

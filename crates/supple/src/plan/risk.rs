@@ -42,7 +42,9 @@ pub(crate) fn plan_risk(
     match search(settings.risk_sensitivity, plan)? {
         Ok(()) => Ok(()),
         Err(step) => {
-            let (mut works, mut fails) = (0.0, settings.risk_sensitivity);
+            // Sizes of the sensitivity, whose sign stays.
+            let (sign, size) = (settings.risk_sensitivity.signum(), settings.risk_sensitivity.abs());
+            let (mut works, mut fails) = (0.0, size);
             for _ in 0..TRIES {
                 if works > 0.0 && fails < CLOSE * works {
                     break;
@@ -51,20 +53,23 @@ pub(crate) fn plan_risk(
                 let between = if works > 0.0 { 0.5 * (works + fails) } else { 0.1 * fails };
                 let between = rounded_down(between);
                 *plan = nominal.clone();
-                let worked = search(between, plan)?.is_ok() && plan.status.is_converged();
+                let worked = search(sign * between, plan)?.is_ok() && plan.status.is_converged();
                 *(if worked { &mut works } else { &mut fails }) = between;
             }
             let largest = match works > 0.0 {
-                true => format!("; {works} has one, and {} has none", short(fails, 4)),
+                true => format!("; {} has one, and {} has none", sign * works, short(sign * fails, 4)),
                 false => String::new(),
             };
             Err(Error::Planning {
                 plan: "risk",
                 problem: format!(
                     "has no solution with risk_sensitivity = {}: the expected exponential cost is infinite from step {step} on{largest}",
-                    settings.risk_sensitivity
+                    short(settings.risk_sensitivity, 6)
                 ),
-                advice: "lower risk_sensitivity, or the noise",
+                advice: match sign < 0.0 {
+                    true => "choose a risk_sensitivity closer to 0, or less noise",
+                    false => "lower risk_sensitivity, or the noise",
+                },
             })
         }
     }

@@ -98,10 +98,11 @@ impl<'a> Planned<'a> {
     /// Runs the step, or reuses its result from an earlier run.
     fn make(&self, heading: &str, folder: &Path) -> Result<Outcome, Failure> {
         if let Some(made) = Folder::load_made(folder, &self.study) {
-            let (fell, outcome) = match made.result.falls_short() || !made.result.not_finite().is_empty() {
-                true => (", which fell short", Outcome::Shortfall),
-                false => ("", Outcome::Success),
-            };
+            let (fell, outcome) =
+                match made.result.falls_short(&made.made.about) || !made.result.not_finite().is_empty() {
+                    true => (", which fell short", Outcome::Shortfall),
+                    false => ("", Outcome::Success),
+                };
             note(&format!("{heading}: reused from an earlier run{fell}"));
             return Ok(outcome);
         }

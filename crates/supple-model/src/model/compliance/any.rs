@@ -189,6 +189,7 @@ impl Coupling {
             clearance: -signal(PENETRATION)?,
             smoothing: number("smoothing")?,
             stiffness: number("stiffness")?,
+            radius: number("radius").unwrap_or_default(),
             total_force: [signal("force_x")?, signal("force_y")?, signal("force_z")?],
         })
     }

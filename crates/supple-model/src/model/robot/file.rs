@@ -43,6 +43,11 @@ impl ModelFile for Robot {
         self.bodies.robot.every_warning.clone()
     }
 
+    fn doubts(&self) -> Vec<String> {
+        let left_out = self.bodies.robot.left_out_forces.iter();
+        left_out.map(|part| format!("the robot moves differently than its file says: {part}")).collect()
+    }
+
     fn starts_by_itself(&self) -> bool {
         true
     }

@@ -90,10 +90,13 @@ impl<'a> Reader<'a, '_> {
         check_attributes(at, "body", &mut self.parts.warnings);
         self.bodies += 1;
         let name = self.name(at, "body", self.bodies);
-        for ignored in ["mocap", "gravcomp"] {
-            if at.attribute(ignored).is_some_and(|value| !matches!(value.trim(), "false" | "0")) {
-                self.parts.warnings.ignore_attribute(at, ignored);
-            }
+        if at.attribute("mocap").is_some_and(|value| value.trim() != "false") {
+            self.parts.warnings.ignore_attribute(at, "mocap");
+        }
+        if at.number("gravcomp")?.is_some_and(|share| share != 0.0) {
+            self.parts.warnings.leave_out_force("gravcomp", at, || {
+                "`gravcomp` of bodies is left out: gravity acts on them".to_owned()
+            });
         }
         let placed = frame.compose(&pose(&Values::own(at), self.settings)?);
         let class = self.classes.named(at, "childclass", class)?;

@@ -33,6 +33,7 @@ use self::settings::{Settings, gravity};
 use super::assemble::assemble;
 use super::options::LoadOptions;
 use super::warnings::Warnings;
+use super::words::shown;
 use super::xml::{Document, Element};
 use crate::Robot;
 
@@ -63,6 +64,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
         let tag = section.tag();
         if SECTIONS_IGNORED.contains(&tag) {
             warnings.ignore(section);
+            leave_out_tendons(root, section, &mut warnings)?;
         } else if !SECTIONS.contains(&tag) && !SECTIONS_PASSED.contains(&tag) {
             warnings.unknown(section, &[&SECTIONS[..], &SECTIONS_IGNORED].concat());
         }
@@ -84,6 +86,46 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
     let mut robot = assemble(document, reader.parts, options)?;
     equipment.add_to(&mut robot);
     Ok(robot)
+}
+
+/// Reports the tendons of a section that exert forces: they have a spring, a damper, friction or a limit, of their own or by a
+/// default of the file.
+///
+/// # Errors
+/// Where one of these is not a number.
+fn leave_out_tendons(root: Element, section: Element, warnings: &mut Warnings) -> Result<(), FileError> {
+    let mut defaults: Vec<Element> = root.all("default").collect();
+    let mut of_tendons = Vec::new();
+    while let Some(default) = defaults.pop() {
+        of_tendons.extend(default.all("tendon"));
+        defaults.extend(default.all("default"));
+    }
+    let exerts = |at: &Element, what: &str| {
+        Ok::<_, FileError>(match what {
+            // A range limits unless the tendon says that it does not; springs may be given by two numbers.
+            "range" => {
+                at.attribute("range").is_some() && at.attribute("limited").is_none_or(|word| word.trim() != "false")
+            }
+            _ => at.list(what)?.is_some_and(|numbers| numbers.iter().any(|&number| number != 0.0)),
+        })
+    };
+    for tendon in section.children().filter(|at| matches!(at.tag(), "fixed" | "spatial")) {
+        for (what, means) in
+            [("stiffness", "spring"), ("damping", "damper"), ("frictionloss", "friction"), ("range", "limit")]
+        {
+            let mut found = exerts(&tendon, what)?;
+            for default in &of_tendons {
+                found |= exerts(default, what)?;
+            }
+            if found {
+                warnings.leave_out_force(&format!("tendon {what}"), tendon, || {
+                    let name = tendon.attribute("name").map_or_else(String::new, |name| format!(" {}", shown(name)));
+                    format!("tendon{name} is left out, with its {means} (`{what}`)")
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The names of bodies and joints, to avoid conflicts with generated names.

@@ -48,6 +48,9 @@ impl<'a> Reader<'a, '_> {
                 Some(Ok(target)) => {
                     check_attributes(at, "sensor", &mut self.parts.warnings);
                     let noise = at.number("noise")?.unwrap_or(0.0);
+                    if at.number("cutoff")?.is_some_and(|cutoff| cutoff != 0.0) {
+                        self.parts.warnings.note("cutoff", at, || "its `cutoff` is left out".to_owned());
+                    }
                     self.sensors.push(SensorPart { name, target, noise, line });
                 }
                 Some(Err(why)) => self.omit(at, Omitted { what, name, why, line }),

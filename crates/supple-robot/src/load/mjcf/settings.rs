@@ -152,7 +152,8 @@ pub(super) fn gravity(root: Element, warnings: &mut Warnings) -> Result<[f64; 3]
         set(&mut gravity, at.numbers("gravity")?);
         for name in ["density", "viscosity"] {
             if at.number(name)?.is_some_and(|value| value != 0.0) {
-                warnings.ignore_attribute(at, name);
+                let what = || format!("`{name}` of `option` is left out: no medium slows the robot down");
+                warnings.leave_out_force(name, at, what);
             }
         }
         for flag in at.all("flag") {
@@ -160,7 +161,8 @@ pub(super) fn gravity(root: Element, warnings: &mut Warnings) -> Result<[f64; 3]
             set(&mut enabled, flag.choice("gravity", &words)?);
             for name in FLAGS {
                 if flag.choice(name, &words)? == Some(false) {
-                    warnings.ignore_attribute(flag, name);
+                    let what = || format!("`{name}` of `flag` is left out: what it disables acts nonetheless");
+                    warnings.leave_out_force(name, flag, what);
                 }
             }
         }

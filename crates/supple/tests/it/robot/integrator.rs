@@ -143,6 +143,25 @@ fn a_departing_body_is_never_pulled() {
     }
 }
 
+/// Of the energy with which a body meets an elastic wall, long implicit steps take the share that docs/tasks.md tells.
+#[test]
+fn rebounds_lose_what_the_reference_says() {
+    let (mass, stiffness) = (1.5_f64, 1e4);
+    let omega = (stiffness / mass).sqrt();
+    let wall = format!(
+        "frame = \"disc\"\nnormal = [0.0, 1.0, 0.0]\nradius = 0.1\nstiffness = {stiffness:?}\nsmoothing = 1e-5"
+    );
+    for time_step in [1e-3, 2.5e-4, 5e-5] {
+        let problem = disc(&compliance("contact", "wall", &wall), time_step);
+        let mut x = vec![0.0, 0.1 + 2e-4, 0.0, 0.0, -1.0, 0.0, 0.0];
+        while x[4] < 0.0 || x[1] < 0.1 + 1e-4 {
+            x = step(&problem, &x, &[0.0; 3], &[]);
+        }
+        let (lost, told) = (1.0 - x[4] * x[4], 1.0 - (-std::f64::consts::PI * omega * time_step).exp());
+        assert!((lost - told).abs() < 0.02 + 0.1 * told, "{time_step} s: {lost}, told {told}");
+    }
+}
+
 /// The error after a fixed time halves with the time step, for every kind of compliance.
 #[test]
 fn implicit_steps_are_of_first_order() {
