@@ -102,7 +102,7 @@ impl Planning {
         };
         match (self.obstacle(), self.lock.is_empty()) {
             (None, true) if !whole.left_out_forces.is_empty() => line(format!(
-                "with another motion than the file's: {}; results say so, and exit with 1",
+                "moves differently than its file says, so that results warn and exit with 1: {}",
                 whole.left_out_forces.join("; ")
             )),
             (None, true) => line("ready: `supple new NAME --robot FILE` writes a task file that runs".into()),
