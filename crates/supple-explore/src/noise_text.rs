@@ -120,9 +120,9 @@ impl Edits<'_> {
         };
         // What is given per second was divided by the time step.
         let per_second = matches!(task.get("per").map(Spanned::get_ref), Some(DeValue::String(per)) if per == "second");
-        let time_step = match (per_second, of.time_step) {
+        let time_step = match (per_second, &of.time_step) {
             (false, _) => 1.0,
-            (true, Value::Number(time_step)) => time_step,
+            (true, Value::Number(time_step)) => *time_step,
             _ => return Err(refused(first, "it is given per second, and the time step is a parameter")),
         };
         let written = |(entry, variance): (usize, &Value)| match variance {

@@ -87,7 +87,9 @@ impl OnScreen<'_> {
             return Err("the file gives a parameter another value than the one on screen".to_owned());
         }
         for (ours, theirs) in turned.tasks.iter().zip(&read.tasks) {
-            if ours.bound.map(|bound| bound.resolve(&phi)) != theirs.bound.map(|bound| bound.resolve::<f64>(&phi)) {
+            let [limit, written] =
+                [ours, theirs].map(|task| task.bound.as_ref().map(|bound| bound.resolve::<f64>(&phi)));
+            if limit != written {
                 return Err(format!("the limit of {} cannot be written to the file", ours.name));
             }
             for kind in [Kind::Initial, Kind::Process, Kind::Measurement] {

@@ -17,7 +17,7 @@ pub fn virtual_sensor(problem: &Problem, phi: &[f64], task: usize) -> Result<Val
     let bounding = one.bounding(phi, &BoundOptions::default()).map_err(said)?;
     let Some(bounding) = bounding.first() else { return Ok(Value::Null) };
     let least = bounding.minimum_cost();
-    let bound = one.tasks.first().and_then(|task| task.bound).map(|bound| bound.resolve::<f64>(phi));
+    let bound = one.tasks.first().and_then(|task| task.bound.as_ref()).map(|bound| bound.resolve::<f64>(phi));
     let report = bounding.report(bound.filter(|&bound| bound > least)).map_err(said)?;
     let windows: Vec<Value> = report
         .virtual_sensor

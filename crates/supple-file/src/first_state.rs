@@ -165,10 +165,10 @@ impl FirstState<'_> {
             .first_state(&start)
             .map_err(|Unfit { place, message, help }| FileError { help, ..self.error(&place, message) })?;
         let mut x: Vec<Value> =
-            given.iter().zip(first).map(|(given, first)| given.unwrap_or(Value::Number(first))).collect();
+            given.iter().zip(first).map(|(given, first)| given.cloned().unwrap_or(Value::Number(first))).collect();
         for (state, leader) in self.model.followers() {
             if given[state].is_none() {
-                x[state] = x[leader];
+                x[state] = x[leader].clone();
             }
         }
         Ok(x)

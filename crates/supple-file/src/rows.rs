@@ -66,7 +66,7 @@ pub(super) fn by_name(
     given: &BTreeMap<String, Value>,
     names: &[String],
 ) -> Result<Vec<Value>, (String, Option<String>)> {
-    Ok(given_by_name(given, names)?.into_iter().map(Option::unwrap_or_default).collect())
+    Ok(given_by_name(given, names)?.into_iter().map(|value| value.cloned().unwrap_or_default()).collect())
 }
 
 /// Numbers given by names or patterns, in which `*` matches any letters, in the order of `names`; `None` if not given. A
@@ -74,10 +74,10 @@ pub(super) fn by_name(
 ///
 /// # Errors
 /// The first name or pattern that is none of them, with advice.
-pub(super) fn given_by_name(
-    given: &BTreeMap<String, Value>,
+pub(super) fn given_by_name<'a>(
+    given: &'a BTreeMap<String, Value>,
     names: &[String],
-) -> Result<Vec<Option<Value>>, (String, Option<String>)> {
+) -> Result<Vec<Option<&'a Value>>, (String, Option<String>)> {
     for key in given.keys() {
         if !names.iter().any(|name| matches(key, name)) {
             return Err((key.clone(), nearest(key, names)));
@@ -85,7 +85,7 @@ pub(super) fn given_by_name(
     }
     let best = |name: &String| {
         let fitting = given.iter().filter(|(key, _)| matches(key, name));
-        fitting.max_by_key(|(key, _)| (*key == name, key.len())).map(|(_, &value)| value)
+        fitting.max_by_key(|(key, _)| (*key == name, key.len())).map(|(_, value)| value)
     };
     Ok(names.iter().map(best).collect())
 }

@@ -172,10 +172,10 @@ impl Ends {
 
     /// The value of a bound.
     #[must_use]
-    pub fn bound(&self, end: &LimitEnd) -> Value {
+    pub fn bound(&self, end: &LimitEnd) -> &Value {
         let [lower, upper] = self.followed[end.limit].limits.as_ref().map_or([&[][..]; 2], |[l, u]| [&l[..], &u[..]]);
         let side = if end.upper { upper } else { lower };
-        side.get(end.entry).copied().unwrap_or(Value::Number(f64::INFINITY))
+        side.get(end.entry).unwrap_or(&Value::Number(f64::INFINITY))
     }
 }
 

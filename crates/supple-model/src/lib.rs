@@ -27,7 +27,7 @@
 //! let names = Names::new(vec!["k".to_owned()]);
 //! let model = TwoMass {
 //!     mass: [1.0.into(), 2.0.into()],
-//!     damping: [0.0.into(); 2],
+//!     damping: [0.0.into(), 0.0.into()],
 //!     stiffness: [names.value("k")?, names.value("k / 2")?],
 //!     contact_smoothing: 0.0.into(),
 //! };

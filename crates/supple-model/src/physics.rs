@@ -69,7 +69,7 @@ pub struct Point<'a, S> {
 
 impl<S: Scalar> Point<'_, S> {
     /// A value of the model's at this point: a number, or the parameter that it names.
-    pub fn value(&self, value: Value) -> S {
+    pub fn value(&self, value: &Value) -> S {
         value.resolve(self.phi)
     }
 }
@@ -183,7 +183,7 @@ pub enum Sensed {
 ///     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
 ///         let (angle, rate) = (at.x[0], at.x[1]);
 ///         next[0] = angle + at.time_step * rate;
-///         next[1] = rate + at.time_step * (at.u[0] - angle.sin() * 9.81 / at.value(self.length));
+///         next[1] = rate + at.time_step * (at.u[0] - angle.sin() * 9.81 / at.value(&self.length));
 ///     }
 ///     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
 ///         y[0] = at.x[0];
@@ -273,7 +273,7 @@ pub trait Model: Send + Sync + 'static {
     /// accordingly, and friction that builds up over a speed higher by `_speed`, rad/s or m/s: planning then senses contacts
     /// at a distance, and overcomes friction. Implicit steps evaluate resistive forces after a share `_lead` of them. At
     /// 0, 0 and 1 it is this model. `None` for models without contacts and friction.
-    fn widened(&self, _length: Value, _speed: Value, _lead: Value) -> Option<Self>
+    fn widened(&self, _length: &Value, _speed: &Value, _lead: &Value) -> Option<Self>
     where
         Self: Sized,
     {

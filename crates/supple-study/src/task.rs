@@ -113,7 +113,7 @@ impl About {
             name: task.name.clone(),
             steps: task.steps,
             time_step: task.time_step.resolve(&phi),
-            bound: task.bound.map(|bound| bound.resolve(&phi)),
+            bound: task.bound.as_ref().map(|bound| bound.resolve(&phi)),
             information_weight: task.information_weight,
         };
         Self {

@@ -31,7 +31,7 @@ impl Model for CartPole {
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
         let &[place, angle, speed, rate] = at.x else { return };
         let (sin, cos) = angle.sin_cos();
-        let torque = at.value(self.stiffness) * angle;
+        let torque = at.value(&self.stiffness) * angle;
         let force = at.u[0] + sin * 0.1 * (rate * rate * 0.5 - cos * 9.81) + torque * cos * 2.0;
         let push = force / (sin * sin * 0.1 + 1.0);
         let turn = (sin * 9.81 - push * cos) / 0.5 - torque * 40.0;

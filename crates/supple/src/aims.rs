@@ -29,7 +29,7 @@ pub(crate) struct Limit {
 
 impl Limit {
     /// A task's bound times a factor.
-    pub fn of(bound: Value, factor: f64, phi: &[f64]) -> Self {
+    pub fn of(bound: &Value, factor: f64, phi: &[f64]) -> Self {
         let slopes = bound.slopes(phi).into_iter().map(|(parameter, slope)| (parameter, factor * slope)).collect();
         Self { value: factor * bound.resolve::<f64>(phi), slopes }
     }
@@ -83,7 +83,7 @@ pub fn weighted_information(
     state: &mut TaskState,
     out: &mut Vec<f64>,
 ) -> Result<f64, Error> {
-    let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
+    let limit = task.bound.as_ref().map(|bound| Limit::of(bound, 1.0, phi));
     information_within(task.at(phi), weights, limit.as_ref(), state, out).map(|(nats, _)| nats)
 }
 

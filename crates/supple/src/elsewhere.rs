@@ -139,7 +139,7 @@ impl Problem {
             plant: runs(there, other.task.at(other.phi), rollouts.count.max(1))?,
             status: state.plan.status,
             predicted_cost: predicted,
-            limit: task.bound.map(|bound| bound.resolve(phi)),
+            limit: task.bound.as_ref().map(|bound| bound.resolve(phi)),
             predicted_bits: state.information.total / std::f64::consts::LN_2,
             contacts: contact_reports(task, phi, &state.plan.trajectory),
         })

@@ -41,7 +41,7 @@ impl Measurable for Bearing {
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
-        let [x, z] = self.camera.map(|place| at.value(place));
+        let [x, z] = self.camera.each_ref().map(|place| at.value(place));
         let (ahead, above) = (known.signals[self.frame] - x, known.signals[self.frame + 2] - z);
         out[0] = above.atan2(ahead);
     }

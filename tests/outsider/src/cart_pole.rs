@@ -32,9 +32,9 @@ impl Model for CartPole {
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
         let &[place, angle, speed, rate] = at.x else { return };
         let (sin, cos) = angle.sin_cos();
-        let (pole, length) = (at.value(self.pole_mass), at.value(self.length));
+        let (pole, length) = (at.value(&self.pole_mass), at.value(&self.length));
         let force = at.u[0] + pole * sin * (length * rate.square() - cos * GRAVITY);
-        let push = force / (at.value(self.cart_mass) + pole * sin.square());
+        let push = force / (at.value(&self.cart_mass) + pole * sin.square());
         let turn = (sin * GRAVITY - push * cos) / length;
         next[0] = place + at.time_step * speed;
         next[1] = angle + at.time_step * rate;
@@ -44,7 +44,7 @@ impl Model for CartPole {
 
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
         y[0] = at.x[0];
-        y[1] = at.value(self.length) * at.x[1].sin();
+        y[1] = at.value(&self.length) * at.x[1].sin();
     }
 
     fn state_names(&self) -> Vec<String> {
@@ -65,7 +65,8 @@ impl PlainFile for CartPole {
     const NAME: &'static str = "cart_pole";
 
     fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
-        for (key, value) in [("cart_mass", self.cart_mass), ("pole_mass", self.pole_mass), ("length", self.length)] {
+        let values = [("cart_mass", &self.cart_mass), ("pole_mass", &self.pole_mass), ("length", &self.length)];
+        for (key, value) in values {
             if let Some(least) = parameters.least(value).filter(|&least| least <= 0.0) {
                 return Err(Unfit::new(key, format!("must be above 0; found {least}")));
             }

@@ -5,7 +5,7 @@ use supple::parameters::Parameters;
 use supple::{Scalar, Value};
 
 /// `ln(1 + (r / s)^2)`: what is further away than `s` counts little more. Beyond `s` it is not convex.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cauchy {
     /// `s`, in the residual's unit, above 0.
@@ -20,7 +20,7 @@ impl NormKind for Cauchy {
     }
 
     fn check(&self, parameters: &Parameters) -> Result<(), String> {
-        match parameters.least(self.scale) {
+        match parameters.least(&self.scale) {
             Some(least) if least <= 0.0 => Err(format!("its scale must be above 0; found {least}")),
             _ => Ok(()),
         }

@@ -71,10 +71,10 @@ impl Tendon {
         let along = scale(length.recip(), apart);
         let [moved_a, moved_c] =
             [(self.a, a), (self.c, c)].map(|(frame, pose)| pose.rotate(own.frame_rates(frame).linear));
-        let (smoothing, stiffness) = (own.value(self.smoothing), own.value(self.stiffness));
-        let stretch = length - own.value(self.rest);
+        let (smoothing, stiffness) = (own.value(&self.smoothing), own.value(&self.stiffness));
+        let stretch = length - own.value(&self.rest);
         let taut = stretch.rounded_step(smoothing);
-        let resistance = taut * (own.value(self.damping) + own.lead() * stiffness);
+        let resistance = taut * (own.value(&self.damping) + own.lead() * stiffness);
         let pull =
             stiffness * stretch.rounded_positive_part(smoothing) + resistance * dot(along, sub(moved_c, moved_a));
         Standing { along, stretch, pull, resistance }
@@ -128,12 +128,12 @@ impl Compliance for Tendon {
         vec![self.a, self.c]
     }
 
-    fn rules(&self) -> Vec<Rule> {
+    fn rules(&self) -> Vec<Rule<'_>> {
         vec![
-            Rule::at_least("stiffness", self.stiffness, 0.0),
-            Rule::at_least("damping", self.damping, 0.0),
-            Rule::above("rest", self.rest, 0.0),
-            Rule::above("smoothing", self.smoothing, 0.0),
+            Rule::at_least("stiffness", &self.stiffness, 0.0),
+            Rule::at_least("damping", &self.damping, 0.0),
+            Rule::above("rest", &self.rest, 0.0),
+            Rule::above("smoothing", &self.smoothing, 0.0),
         ]
     }
 }

@@ -140,7 +140,7 @@ const NO_LIMITS: &str =
 
 /// Adds to the noise what sensors recall of the last step: nothing at first; then the process noise of the states whose
 /// rates they measure, over the time step (theory, equation R.28).
-fn recall(noise: &mut NoiseModel, model: &dyn AnyModel, time_step: Value) {
+fn recall(noise: &mut NoiseModel, model: &dyn AnyModel, time_step: &Value) {
     let recalled = model.recalled();
     if recalled.is_empty() {
         return;
@@ -264,25 +264,25 @@ impl Reader<'_> {
         let mut noise = self.noise(file.noise, model, states, file.steps)?;
         let mut costs = self.costs(&context)?;
         if file.per == Per::Second {
-            noise.per_second(file.time_step);
+            noise.per_second(&file.time_step);
             for (number, cost) in costs.iter_mut().enumerate() {
-                cost.stage.scale(file.time_step);
+                cost.stage.scale(&file.time_step);
                 // A final weight that is not given equals the stage weight.
                 let given = |key: &'static str| {
                     let at = ["tasks".into(), self.index.into(), "costs".into(), number.into(), key.into()];
                     self.document.get(&at).is_some()
                 };
                 if !FINAL_WEIGHTS.into_iter().any(given) {
-                    cost.last.scale(file.time_step);
+                    cost.last.scale(&file.time_step);
                 }
             }
         }
-        recall(&mut noise, model, file.time_step);
+        recall(&mut noise, model, &file.time_step);
         let initial_control = match file.initial_control {
             Some(guess) => self.guess(guess, size, file.steps)?,
             None => Vec::new(),
         };
-        let system = model.system(costs.clone(), followed.clone(), file.time_step, self.parameters.len());
+        let system = model.system(costs.clone(), followed.clone(), file.time_step.clone(), self.parameters.len());
         if file.enforce_effort_limits && bounds_of(&of_model, size.controls).is_none() && !limits_efforts {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));

@@ -67,7 +67,7 @@ impl Reader<'_> {
             self.error(&at, message)
         };
         let square = |place: Place, value: &mut Value| {
-            if let Some(least) = self.parameters.least(*value).filter(|&least| least < 0.0) {
+            if let Some(least) = self.parameters.least(value).filter(|&least| least < 0.0) {
                 let message = format!("must be at least 0, as a standard deviation; {}", value.found(least));
                 return Err(wrong(&[place], message));
             }

@@ -9,7 +9,7 @@ use crate::parameters::Parameters;
 /// `sqrt(r^2 + s^2) - s`: approximately `|r|` for `|r|` well above `s`
 ///
 /// Example: the [module](crate::cost).
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(
     feature = "schema",
@@ -41,7 +41,7 @@ impl NormKind for Absolute {
     }
 
     fn check(&self, parameters: &Parameters) -> Result<(), String> {
-        match parameters.least(self.smoothing).filter(|&least| least <= 0.0) {
+        match parameters.least(&self.smoothing).filter(|&least| least <= 0.0) {
             Some(least) => Err(format!("its smoothing must be above 0; {}", self.smoothing.found(least))),
             None => Ok(()),
         }

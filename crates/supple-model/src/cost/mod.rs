@@ -69,7 +69,7 @@ impl Weights {
     }
 
     /// Multiplies every weight by a value.
-    pub fn scale(&mut self, by: Value) {
+    pub fn scale(&mut self, by: &Value) {
         match self {
             Self::Equal(weight) => *weight = weight.times(by),
             Self::Each(weights) => weights.iter_mut().for_each(|weight| *weight = weight.times(by)),
@@ -116,7 +116,7 @@ impl Cost {
     /// weight, unless the quantity depends on the control.
     pub fn new(quantity: impl Into<Quantity>, weight: impl Into<Value>) -> Self {
         let (quantity, weight) = (quantity.into(), weight.into());
-        let last = if quantity.depends_on_control() { Value::Number(0.0) } else { weight };
+        let last = if quantity.depends_on_control() { Value::Number(0.0) } else { weight.clone() };
         Self {
             targets: vec![Value::Number(0.0); quantity.len()],
             norm: Quadratic.into(),
@@ -189,7 +189,7 @@ impl Cost {
 
     /// The residual at a point: how far the quantity is from its targets, given its values there.
     pub fn residual<S: Scalar>(&self, mut values: Vec<S>, at: &Point<S>) -> Vec<S> {
-        for (entry, &target) in values.iter_mut().zip(&self.targets).filter(|(_, target)| !target.is_zero()) {
+        for (entry, target) in values.iter_mut().zip(&self.targets).filter(|(_, target)| !target.is_zero()) {
             *entry -= at.value(target);
         }
         values
@@ -215,7 +215,7 @@ impl Cost {
             }
             Weights::Matrix(rows) => {
                 for (row, &left) in rows.iter().zip(r) {
-                    for (&weight, &right) in row.iter().zip(r) {
+                    for (weight, &right) in row.iter().zip(r) {
                         if !weight.is_zero() {
                             sum = (weight.resolve(phi) * left).mul_add(right, sum);
                         }

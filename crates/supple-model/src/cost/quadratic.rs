@@ -63,14 +63,14 @@ impl File {
 }
 
 /// Checks that no cost can be negative: the diagonal for all parameter values, the whole matrix at the initial ones.
-fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<(), String> {
+fn check_semidefinite(rows: Vec<Vec<Value>>, parameters: &Parameters) -> Result<(), String> {
     for (i, row) in rows.iter().enumerate() {
-        if let Some(least) = parameters.least(row[i]).filter(|&least| least < 0.0) {
+        if let Some(least) = parameters.least(&row[i]).filter(|&least| least < 0.0) {
             return Err(format!("entry ({0}, {0}) must be at least 0; {1}", i + 1, row[i].found(least)));
         }
     }
     let mut matrix = Matrices::constant(rows.len(), rows.len());
-    Covariance::Full(rows.to_vec()).resolve(&parameters.initial(), &mut matrix);
+    Covariance::Full(rows).resolve(&parameters.initial(), &mut matrix);
     let indefinite = |minor: usize| {
         let valid = "must be positive semidefinite, so that no cost is negative";
         Err(format!("{valid}; its leading {minor} x {minor} block is not"))
@@ -80,8 +80,8 @@ fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<()
 
 fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
     let zeros = |len| std::iter::repeat_n(Value::Number(0.0), len);
-    let top = a.iter().map(|row| row.iter().copied().chain(zeros(b.len())).collect());
-    let bottom = b.iter().map(|row| zeros(a.len()).chain(row.iter().copied()).collect());
+    let top = a.iter().map(|row| row.iter().cloned().chain(zeros(b.len())).collect());
+    let bottom = b.iter().map(|row| zeros(a.len()).chain(row.iter().cloned()).collect());
     top.chain(bottom).collect()
 }
 
@@ -97,7 +97,7 @@ pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), Unfit> {
     };
     let (n, all) = (all.states(), all.len());
     for (key, rows) in [("Q", block(stage, 0, n)), ("R", block(stage, n, all)), ("final", block(last, 0, n))] {
-        check_semidefinite(&rows, parameters).map_err(|message| Unfit::new(key, message))?;
+        check_semidefinite(rows, parameters).map_err(|message| Unfit::new(key, message))?;
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use serde::de::IgnoredAny;
 use super::norm::Norm;
 use super::norms::Norms;
 use super::{Cost, QUADRATIC, Weights, quadratic};
+use crate::Value;
 #[cfg(feature = "schema")]
 use crate::document::merged;
 use crate::document::{FileError, Place, ReadError, Reader, Spot, Unfit};
@@ -42,9 +43,12 @@ struct File {
 impl File {
     fn cost(self, quantity: Quantity, norm: Norm) -> Result<Cost, Unfit> {
         let len = quantity.len();
-        let weights = |key: &'static str, given: OneOrMore| match *given.0 {
-            [weight] => Ok(Weights::Equal(weight)),
-            _ => given.each(len).map(Weights::Each).map_err(|found| Unfit::new(key, found.to_string())),
+        let weights = |key: &'static str, given: OneOrMore| match <[Value; 1]>::try_from(given.0) {
+            Ok([weight]) => Ok(Weights::Equal(weight)),
+            Err(list) => {
+                let each = OneOrMore(list).each(len);
+                each.map(Weights::Each).map_err(|found| Unfit::new(key, found.to_string()))
+            }
         };
         let cost = Cost::new(quantity, 1.0).with_norm(norm).with_weights(weights("weight", self.weight)?);
         let least = cost.quantity.least_targets();
@@ -81,7 +85,7 @@ impl Cost {
         let factors = [("weight", &self.stage), ("final_weight", &self.last)];
         for (key, weights) in factors.into_iter().filter(|(_, weights)| !matches!(weights, Weights::Matrix(_))) {
             for weight in weights.iter() {
-                if let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0) {
+                if let Some(least) = parameters.least(weight).filter(|&least| least < 0.0) {
                     return Err(Unfit::new(key, format!("must be at least 0; {}", weight.found(least))));
                 }
             }

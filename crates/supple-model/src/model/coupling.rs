@@ -30,23 +30,23 @@
 //!     }
 //!     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
 //!         let stretch = own.positions()[self.dof] + own.lead() * own.rates()[self.dof];
-//!         vec![-(own.value(self.stiffness) * stretch)]
+//!         vec![-(own.value(&self.stiffness) * stretch)]
 //!     }
 //!     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
 //!         forces.on_position(self.dof, self.measure(own)[0]);
 //!     }
 //!     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
-//!         vec![own.resistance(self.stiffness, 0.0.into(), &[(self.dof, 1.0)])]
+//!         vec![own.resistance(&self.stiffness, &0.0.into(), &[(self.dof, 1.0)])]
 //!     }
 //!     fn draw(&self, own: &Own<f64>) -> Drawn {
 //!         Drawn::beside_joint(own, self.dof, self.measure(own)[0])
 //!     }
 //!     fn beside_joint(&self) -> Option<BesideJoint> {
-//!         let Self { dof, stiffness } = *self;
-//!         Some(BesideJoint { dof, stiffness, rest: 0.0.into(), damping: 0.0.into() })
+//!         let stiffness = self.stiffness.clone();
+//!         Some(BesideJoint { dof: self.dof, stiffness, rest: 0.0.into(), damping: 0.0.into() })
 //!     }
-//!     fn rules(&self) -> Vec<Rule> {
-//!         vec![Rule::at_least("kind", self.stiffness, 0.0)]
+//!     fn rules(&self) -> Vec<Rule<'_>> {
+//!         vec![Rule::at_least("kind", &self.stiffness, 0.0)]
 //!     }
 //! }
 //!

@@ -47,7 +47,7 @@ impl Equipment {
         let quantity = Arc::new(sensor.quantity.clone());
         let entries = sensor.channels.iter().zip(&sensor.variances).enumerate();
         entries
-            .map(|(entry, (channel, &variance))| (Entry::Of(quantity.clone(), entry), channel.clone(), variance))
+            .map(|(entry, (channel, variance))| (Entry::Of(quantity.clone(), entry), channel.clone(), variance.clone()))
             .collect()
     }
 
@@ -71,21 +71,21 @@ impl Equipment {
         if own.order() != self.own {
             return Err(own.order());
         }
-        let added = || self.added.iter().map(|(_, _, variance)| *variance);
+        let added = || self.added.iter().map(|(_, _, variance)| variance);
         Ok(match own {
             Covariance::Diagonal(variances) => {
-                Covariance::Diagonal(self.kept.iter().map(|&row| variances[row]).chain(added()).collect())
+                Covariance::Diagonal(self.kept.iter().map(|&row| &variances[row]).chain(added()).cloned().collect())
             }
             Covariance::Full(rows) => {
                 let order = self.kept.len() + self.added.len();
                 let first = self.kept.iter().map(|&row| {
-                    let mut kept: Vec<Value> = self.kept.iter().map(|&col| rows[row][col]).collect();
+                    let mut kept: Vec<Value> = self.kept.iter().map(|&col| rows[row][col].clone()).collect();
                     kept.resize(order, Value::default());
                     kept
                 });
                 let alone = added().enumerate().map(|(place, variance)| {
                     let mut row = vec![Value::default(); order];
-                    row[self.kept.len() + place] = variance;
+                    row[self.kept.len() + place] = variance.clone();
                     row
                 });
                 Covariance::Full(first.chain(alone).collect())

@@ -111,7 +111,7 @@ impl<M: ModelFile> Model for Equipped<M> {
                 Entry::Of(quantity, entry) => last.value(quantity, *entry, at, &known),
                 Entry::Sum(factors) => {
                     let terms = factors.iter().zip(at.x).filter(|(factor, _)| !factor.is_zero());
-                    terms.fold(S::zero(), |sum, (&factor, &x)| at.value(factor).mul_add(x, sum))
+                    terms.fold(S::zero(), |sum, (factor, &x)| at.value(factor).mul_add(x, sum))
                 }
             };
         }
@@ -173,7 +173,7 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.substeps()
     }
 
-    fn widened(&self, length: Value, speed: Value, lead: Value) -> Option<Self> {
+    fn widened(&self, length: &Value, speed: &Value, lead: &Value) -> Option<Self> {
         Some(Self { model: self.model.widened(length, speed, lead)?, ..self.clone() })
     }
 
@@ -241,7 +241,8 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
         // If none of the model's own measurements are kept, their noise does not matter.
         let of_own = ModelFile::variances(&self.model);
         let of_own = of_own.or_else(|| kept.is_empty().then(|| vec![Value::default(); *own]))?;
-        Some(kept.iter().map(|&row| of_own[row]).chain(added.iter().map(|(_, _, variance)| *variance)).collect())
+        let of_added = added.iter().map(|(_, _, variance)| variance);
+        Some(kept.iter().map(|&row| &of_own[row]).chain(of_added).cloned().collect())
     }
     fn files(&self) -> Vec<PathBuf> {
         self.model.files()

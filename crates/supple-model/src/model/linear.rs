@@ -31,7 +31,7 @@ pub struct Linear {
 
 /// Row `row` of a matrix times a vector, plus `sum`.
 fn row_times<S: Scalar>(at: &Point<S>, row: &[Value], vector: &[S], mut sum: S) -> S {
-    for (&entry, &v) in row.iter().zip(vector) {
+    for (entry, &v) in row.iter().zip(vector) {
         if !entry.is_zero() {
             sum = at.value(entry).mul_add(v, sum);
         }

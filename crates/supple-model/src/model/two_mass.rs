@@ -55,7 +55,7 @@ impl TwoMass {
         if self.contact_smoothing.is_zero() {
             depth.positive_part()
         } else {
-            depth.smooth_positive_part(at.value(self.contact_smoothing))
+            depth.smooth_positive_part(at.value(&self.contact_smoothing))
         }
     }
 }
@@ -71,7 +71,7 @@ impl Model for TwoMass {
 
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
         let &[x1, v1, x2, v2, xw] = at.x else { return };
-        let ([m1, m2], [b1, b2], [k1, k2]) = (self.mass, self.damping, self.stiffness);
+        let ([m1, m2], [b1, b2], [k1, k2]) = (&self.mass, &self.damping, &self.stiffness);
         let coupling = at.value(k1) * (x1 - x2);
         let contact = at.value(k2) * self.pressed(at);
         let dt = at.time_step;
@@ -84,7 +84,7 @@ impl Model for TwoMass {
 
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
         y[0] = at.x[0];
-        y[1] = at.value(self.stiffness[0]) * (at.x[2] - at.x[0]);
+        y[1] = at.value(&self.stiffness[0]) * (at.x[2] - at.x[0]);
     }
 
     fn signals(&self) -> Vec<String> {
@@ -93,7 +93,7 @@ impl Model for TwoMass {
 
     fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
         let depth = Self::penetration(at);
-        out[0] = at.value(self.stiffness[1]) * depth;
+        out[0] = at.value(&self.stiffness[1]) * depth;
         out[1] = depth;
     }
 
@@ -109,9 +109,9 @@ impl Model for TwoMass {
     /// The force is the physical one, which never pulls; the signal `contact_force` is `k2` times the depth, even if
     /// that is negative.
     fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
-        let stiffness = at.value(self.stiffness[1]);
+        let stiffness = at.value(&self.stiffness[1]);
         let force = stiffness * self.pressed(at);
-        let (clearance, smoothing) = (-Self::penetration(at), at.value(self.contact_smoothing));
+        let (clearance, smoothing) = (-Self::penetration(at), at.value(&self.contact_smoothing));
         vec![ContactState { force, clearance, smoothing, stiffness, radius: 0.0, total_force: [-force, 0.0, 0.0] }]
     }
 
@@ -141,7 +141,7 @@ impl Model for TwoMass {
             pose: Pose::at([end, 0.0, 0.0]),
         };
         let [along_spring, along_wall] =
-            [at.value(self.stiffness[0]) * (x1 - x2), -at.value(self.stiffness[1]) * self.pressed(at)];
+            [at.value(&self.stiffness[0]) * (x1 - x2), -at.value(&self.stiffness[1]) * self.pressed(at)];
         let connection = |name: &str, kind, [from, to, force]: [f64; 3]| PlacedConnection {
             name: name.into(),
             kind,
@@ -180,10 +180,12 @@ impl PlainFile for TwoMass {
             ("mass", &self.mass, "must be above 0 kg", |least| least > 0.0),
             ("damping", &self.damping, "must be at least 0 N s/m", |least| least >= 0.0),
             ("stiffness", &self.stiffness, "must be at least 0 N/m", |least| least >= 0.0),
-            ("contact_smoothing", &[self.contact_smoothing], "must be at least 0 m", |least| least >= 0.0),
+            ("contact_smoothing", std::slice::from_ref(&self.contact_smoothing), "must be at least 0 m", |least| {
+                least >= 0.0
+            }),
         ];
         for (key, values, valid, holds) in rules {
-            for &value in values {
+            for value in values {
                 if let Some(least) = parameters.least(value).filter(|&least| !holds(least)) {
                     return Err(Unfit::new(key, format!("{valid}; {}", value.found(least))));
                 }

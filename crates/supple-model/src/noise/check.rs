@@ -64,7 +64,7 @@ impl NoiseModel {
         {
             check_numbers(covariance, parameters).map_err(|unfit| unfit.below(key))?;
         }
-        for (number, &VaryingVariance { center, coefficient, .. }) in self.varying.iter().enumerate() {
+        for (number, VaryingVariance { center, coefficient, .. }) in self.varying.iter().enumerate() {
             for (key, value) in [("center", center), ("coefficient", coefficient)] {
                 let wrong = |wrong: ValueError| Unfit::new(key, wrong.to_string()).below(number).below("varying");
                 parameters.number(value).map_err(wrong)?;
@@ -129,13 +129,13 @@ impl Rule {
         let Self { order, .. } = self;
         match covariance {
             Covariance::Diagonal(variances) => {
-                for (i, &variance) in variances.iter().enumerate() {
+                for (i, variance) in variances.iter().enumerate() {
                     self.variance(variance, parameters).map_err(|message| self.unfit(message).entry(i))?;
                 }
             }
             Covariance::Full(rows) => {
                 for (i, row) in rows.iter().enumerate() {
-                    self.variance(row[i], parameters).map_err(|message| self.unfit(message).entry(i).entry(i))?;
+                    self.variance(&row[i], parameters).map_err(|message| self.unfit(message).entry(i).entry(i))?;
                 }
                 symmetrise(&mut rows.clone()).map_err(|found| {
                     self.unfit(found.message(&parameters.names())).entry(found.row).entry(found.column)
@@ -151,7 +151,7 @@ impl Rule {
     }
 
     /// Checks a variance, given the parameters' bounds.
-    fn variance(self, variance: Value, parameters: &Parameters) -> Result<(), String> {
+    fn variance(self, variance: &Value, parameters: &Parameters) -> Result<(), String> {
         let Some(least) = parameters.least(variance) else { return Ok(()) };
         let valid = match self.definite {
             true if least <= 0.0 => "must be above 0, as every sensor has some noise",
@@ -164,14 +164,14 @@ impl Rule {
 
 /// Checks that the entries of a covariance are numbers, and use no parameter that there is not.
 fn check_numbers(covariance: &Covariance, parameters: &Parameters) -> Result<(), Unfit> {
-    let check = |value: Value| parameters.number(value).map(drop).map_err(|wrong| Unfit::here(wrong.to_string()));
+    let check = |value: &Value| parameters.number(value).map(drop).map_err(|wrong| Unfit::here(wrong.to_string()));
     match covariance {
         Covariance::Diagonal(variances) => {
-            variances.iter().enumerate().try_for_each(|(i, &value)| check(value).map_err(|unfit| unfit.entry(i)))
+            variances.iter().enumerate().try_for_each(|(i, value)| check(value).map_err(|unfit| unfit.entry(i)))
         }
         Covariance::Full(rows) => rows.iter().enumerate().try_for_each(|(i, row)| {
             let mut entries = row.iter().enumerate();
-            entries.try_for_each(|(j, &value)| check(value).map_err(|unfit| unfit.entry(i).entry(j)))
+            entries.try_for_each(|(j, value)| check(value).map_err(|unfit| unfit.entry(i).entry(j)))
         }),
         Covariance::Sequence(_) => Ok(()),
     }

@@ -48,7 +48,7 @@ pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>
 /// assert!(variances("variance", vec![Value::Number(-1.0)], &Parameters::default()).is_err());
 /// ```
 pub fn variances(key: &str, given: Vec<Value>, parameters: &Parameters) -> Result<Vec<Value>, ValueError> {
-    let one = |value: Value| match parameters.least(value).filter(|&least| least <= 0.0) {
+    let one = |value: Value| match parameters.least(&value).filter(|&least| least <= 0.0) {
         Some(least) => Err(ValueError::NotPositive { value, least }),
         None if key == DEVIATION => Ok(value.squared()),
         None => Ok(value),

@@ -50,10 +50,10 @@ impl Covariance {
     }
 
     /// Changes every entry that is a value.
-    fn change(&mut self, change: impl Fn(Value) -> Value) {
+    fn change(&mut self, change: impl Fn(&Value) -> Value) {
         match self {
-            Self::Diagonal(variances) => variances.iter_mut().for_each(|value| *value = change(*value)),
-            Self::Full(rows) => rows.iter_mut().flatten().for_each(|value| *value = change(*value)),
+            Self::Diagonal(variances) => variances.iter_mut().for_each(|value| *value = change(value)),
+            Self::Full(rows) => rows.iter_mut().flatten().for_each(|value| *value = change(value)),
             Self::Sequence(_) => {}
         }
     }
@@ -70,21 +70,20 @@ impl Covariance {
                 variances.resize(own + count, Value::Number(0.0));
                 return;
             }
-            let row = |i: usize| (0..own).map(|j| if i == j { variances[i] } else { Value::Number(0.0) }).collect();
-            *self = Self::Full((0..own).map(row).collect());
+            let row = |(i, variance)| {
+                let mut row = vec![Value::Number(0.0); own];
+                row[i] = variance;
+                row
+            };
+            *self = Self::Full(std::mem::take(variances).into_iter().enumerate().map(row).collect());
         }
         let Self::Full(rows) = self else { return };
-        let combined = |values: &[Value], sum: &[(usize, Value)]| {
-            let terms = sum.iter().map(|&(index, factor)| values[index].times(factor));
-            terms.reduce(Value::plus).unwrap_or(Value::Number(0.0))
-        };
         for row in rows.iter_mut() {
-            let added: Vec<Value> = sums.iter().map(|sum| combined(row, sum)).collect();
+            let added: Vec<Value> = sums.iter().map(|sum| combined(sum, |index| &row[index])).collect();
             row.extend(added);
         }
         for sum in &sums {
-            let column = |j: usize| combined(&rows[..own].iter().map(|row| row[j]).collect::<Vec<_>>(), sum);
-            let row = (0..own + count).map(column).collect();
+            let row = (0..own + count).map(|j| combined(sum, |index| &rows[index][j])).collect();
             rows.push(row);
         }
     }
@@ -100,7 +99,7 @@ impl Covariance {
     }
 
     /// Every entry of a matrix for all steps that is not the number 0: row, column, value.
-    fn entries(&self) -> impl Iterator<Item = (usize, usize, Value)> + '_ {
+    fn entries(&self) -> impl Iterator<Item = (usize, usize, &Value)> {
         let diagonal = match self {
             Self::Diagonal(entries) => entries.as_slice(),
             Self::Full(_) | Self::Sequence(_) => &[],
@@ -109,9 +108,9 @@ impl Covariance {
             Self::Diagonal(_) | Self::Sequence(_) => [].as_slice(),
             Self::Full(rows) => rows.as_slice(),
         };
-        let diagonal = diagonal.iter().enumerate().map(|(i, &value)| (i, i, value));
+        let diagonal = diagonal.iter().enumerate().map(|(i, value)| (i, i, value));
         let full =
-            full.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().map(move |(j, &value)| (i, j, value)));
+            full.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().map(move |(j, value)| (i, j, value)));
         diagonal.chain(full).filter(|(_, _, value)| !value.is_zero())
     }
 
@@ -163,6 +162,12 @@ impl Covariance {
     }
 }
 
+/// The sum of entries times factors: by index, what it is a sum of.
+fn combined<'a>(sum: &[(usize, Value)], entry: impl Fn(usize) -> &'a Value) -> Value {
+    let terms = sum.iter().map(|(index, factor)| entry(*index).times(factor));
+    terms.reduce(|sum, term| sum.plus(&term)).unwrap_or(Value::Number(0.0))
+}
+
 /// The noise of a task.
 ///
 /// ```
@@ -200,7 +205,7 @@ impl NoiseModel {
 
     /// Converts noise given per second to noise per step: process variances are multiplied by the time step,
     /// measurement variances are divided by it.
-    pub fn per_second(&mut self, time_step: Value) {
+    pub fn per_second(&mut self, time_step: &Value) {
         self.process.change(|variance| variance.times(time_step));
         self.measurement.change(|variance| variance.over(time_step));
         self.varying.iter_mut().for_each(|varying| varying.coefficient = varying.coefficient.over(time_step));

@@ -52,13 +52,17 @@ impl NamedVariance {
             let message = format!("no state is `{}`; states: {}", self.state, quoted(&states));
             return Err(Unfit { help: nearest(&self.state, &states), ..Unfit::new("state", message) });
         };
-        if let Some(least) = parameters.least(self.coefficient).filter(|&least| least < 0.0) {
+        if let Some(least) = parameters.least(&self.coefficient).filter(|&least| least < 0.0) {
             let message = format!("must be at least 0, as it adds to a variance; {}", self.coefficient.found(least));
             return Err(Unfit::new("coefficient", message));
         }
-        let &Self { center, coefficient, .. } = self;
-        let places = self.places(&channels.measurements)?;
-        Ok(places.map(|measurement| VaryingVariance { measurement, state, center, coefficient }).collect())
+        let of = |measurement| VaryingVariance {
+            measurement,
+            state,
+            center: self.center.clone(),
+            coefficient: self.coefficient.clone(),
+        };
+        Ok(self.places(&channels.measurements)?.map(of).collect())
     }
 
     /// Places of the measurements that are named, each once.

@@ -17,7 +17,7 @@ use crate::Value;
 /// let added = VaryingNoise::of(&camera, &[]).at(&[0.0, 2.5]);
 /// assert!((added - 0.04).abs() < 1e-12);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VaryingVariance {
     /// The measurement, j.
     pub measurement: usize,
@@ -91,8 +91,9 @@ impl VaryingNoise {
     /// Its numbers at `phi`.
     #[must_use]
     pub fn of(varying: &VaryingVariance, phi: &[f64]) -> Self {
-        let &VaryingVariance { measurement, state, center, coefficient } = varying;
-        Self { measurement, state, center: center.resolve(phi), coefficient: coefficient.resolve(phi) }
+        let VaryingVariance { measurement, state, center, coefficient } = varying;
+        let [center, coefficient] = [center, coefficient].map(|value| value.resolve(phi));
+        Self { measurement: *measurement, state: *state, center, coefficient }
     }
 
     /// What is added to the variance at a state.

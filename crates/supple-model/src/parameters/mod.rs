@@ -375,9 +375,9 @@ impl Parameters {
     /// A lower bound of a value within the bounds of its parameters; exact if each parameter occurs in it only once.
     /// `None` if it uses a parameter that is not in this list.
     #[must_use]
-    pub fn least(&self, value: Value) -> Option<f64> {
+    pub fn least(&self, value: &Value) -> Option<f64> {
         match value {
-            Value::Number(number) => Some(number),
+            Value::Number(number) => Some(*number),
             Value::Parameter(handle) => self.0.get(handle.index()).map(|parameter| parameter.bounds[0]),
             Value::Expression(expression) => {
                 let bounds = |index: usize| self.0.get(index).map(|parameter| parameter.bounds);
@@ -390,7 +390,7 @@ impl Parameters {
     ///
     /// # Errors
     /// If it uses a parameter that is not in this list, or the number is not finite.
-    pub fn number(&self, value: Value) -> Result<f64, ValueError> {
+    pub fn number(&self, value: &Value) -> Result<f64, ValueError> {
         self.least(value).ok_or(ValueError::ForeignParameter)?;
         let number: f64 = value.resolve(&self.initial());
         if number.is_finite() { Ok(number) } else { Err(ValueError::NotFinite { found: number }) }

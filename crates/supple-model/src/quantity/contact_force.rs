@@ -64,7 +64,7 @@ impl Measurable for ContactForce {
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
         let force = known.signals[self.signal];
-        out[0] = self.smoothing.map_or(force, |smoothing| force.smooth_positive_part(at.value(smoothing)));
+        out[0] = self.smoothing.as_ref().map_or(force, |smoothing| force.smooth_positive_part(at.value(smoothing)));
     }
 
     fn needs_target(&self) -> bool {
@@ -76,7 +76,7 @@ impl Measurable for ContactForce {
     }
 
     fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
-        let Some(smoothing) = self.smoothing else { return Ok(()) };
+        let Some(smoothing) = &self.smoothing else { return Ok(()) };
         match parameters.least(smoothing) {
             Some(least) if least <= 0.0 => {
                 let valid = "must be above 0 N, or left out for the force as it is";

@@ -56,7 +56,7 @@ impl Measurable for FramePose {
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         let mut channels = self.point.channels(vocabulary);
         let turns = self.turn.channels(vocabulary).into_iter();
-        channels.extend(turns.map(|turn| match self.lever {
+        channels.extend(turns.map(|turn| match &self.lever {
             None => turn,
             Some(_) => Channel::new(format!("{}, times its lever", turn.name), "m"),
         }));
@@ -67,7 +67,7 @@ impl Measurable for FramePose {
         let (position, turns) = out.split_at_mut(3);
         self.point.evaluate(at, known, position);
         for (out, turn) in turns.iter_mut().zip(self.turn.turn(known.signals)) {
-            *out = self.lever.map_or(turn, |lever| at.value(lever) * turn);
+            *out = self.lever.as_ref().map_or(turn, |lever| at.value(lever) * turn);
         }
     }
 

@@ -89,7 +89,8 @@ impl<M: Model> Authored<M> {
         let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
         let substeps = substeps(&model);
         let (followed, kept, vocabulary) = (Vec::new(), None, OnceLock::new());
-        let gives_next = Recorder { model: &model, costs: &costs, time_step, parameters }.gives_next();
+        let recorder = Recorder { model: &model, costs: &costs, time_step, parameters };
+        let (gives_next, time_step) = (recorder.gives_next(), recorder.time_step);
         Self {
             model,
             costs,
@@ -123,7 +124,7 @@ impl<M: Model> Authored<M> {
 
     pub(super) fn recorder(&self) -> Recorder<'_, M> {
         let Self { model, costs, time_step, parameters, .. } = self;
-        Recorder { model, costs, time_step: *time_step, parameters: *parameters }
+        Recorder { model, costs, time_step: time_step.clone(), parameters: *parameters }
     }
 
     pub(super) fn program<'a>(
@@ -498,11 +499,11 @@ impl<M: Model> System for Authored<M> {
             let more = |more| Value::from(ParameterHandle::at(self.parameters + more));
             let [length, speed, longer] = [0, 1, 2].map(more);
             // Friction at the end of a step adds inertia in proportion to the step: this much less keeps it the same.
-            let lead = Value::Number(0.5).plus(Value::Number(0.5).over(longer));
-            let model = self.model.widened(length, speed, lead)?;
+            let lead = Value::Number(0.5).plus(&Value::Number(0.5).over(&longer));
+            let model = self.model.widened(&length, &speed, &lead)?;
             let mut costs = self.costs.clone();
-            costs.iter_mut().for_each(|cost| cost.stage.scale(longer));
-            Some(Box::new(Self::new(model, costs, self.time_step.times(longer), self.parameters + 3)))
+            costs.iter_mut().for_each(|cost| cost.stage.scale(&longer));
+            Some(Box::new(Self::new(model, costs, self.time_step.times(&longer), self.parameters + 3)))
         });
         widened.as_deref().map(|system| system as &dyn System)
     }
@@ -516,7 +517,7 @@ impl<M: Model> System for Authored<M> {
             let name = format!("{}.{}", contacts[contact].name, Penetration::NAME);
             signals.iter().position(|signal| *signal == name)
         };
-        let weight = Value::from(ParameterHandle::at(self.parameters));
+        let weight = ParameterHandle::at(self.parameters);
         let pulls = wanted.into_iter().filter_map(depth).map(|signal| Cost::new(Penetration::new(signal), weight));
         let costs: Vec<Cost> = self.costs.iter().cloned().chain(pulls).collect();
         if costs.len() == self.costs.len() {
@@ -524,8 +525,8 @@ impl<M: Model> System for Authored<M> {
         }
         // Not wider, with the same steps.
         let [nothing, whole] = [0.0, 1.0].map(Value::Number);
-        let model = self.model.widened(nothing, nothing, whole)?;
-        Some(Box::new(Self::new(model, costs, self.time_step, self.parameters + 1)))
+        let model = self.model.widened(&nothing, &nothing, &whole)?;
+        Some(Box::new(Self::new(model, costs, self.time_step.clone(), self.parameters + 1)))
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {

@@ -27,7 +27,7 @@ pub(super) mod source {
 pub(super) struct Trace<'a, M> {
     pub model: &'a M,
     /// Time step of the task.
-    pub time_step: Value,
+    pub time_step: &'a Value,
     /// `z = (x, u)`.
     pub z: Vec<Node>,
     /// The next state, if costs take it, and which of its entries they depend on.
@@ -138,7 +138,7 @@ fn mass<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<Vec<S>> {
 
 impl<'a, M: Model> Trace<'a, M> {
     /// The variables of a model at a stage, or at the end, where there is no control.
-    pub fn new(model: &'a M, time_step: Value, parameters: usize, last: bool) -> Self {
+    pub fn new(model: &'a M, time_step: &'a Value, parameters: usize, last: bool) -> Self {
         let size = model.dimensions();
         let mut z = entries(source::STATE, size.states);
         // At the end the control is 0, but remains a variable, unlike other zeros.

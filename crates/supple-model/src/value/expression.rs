@@ -1,18 +1,18 @@
 //! Expressions of parameters, such as `2 * sqrt(k * m)`, in the place of numbers.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Mutex, PoisonError};
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use supple_kernels::{Dual, Scalar};
 
 use super::handle::ParameterHandle;
 use super::range::Range;
 
-/// An expression of parameters. Copies are free: each distinct expression is stored once until the program exits.
+/// An expression of parameters. Copies share it.
 ///
 /// Example: the [front page](crate).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expression(&'static Tree);
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression(Arc<Tree>);
 
 /// What an expression is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,27 +61,23 @@ impl Function {
 /// Integer powers up to this exponent use multiplications.
 const MOST_MULTIPLIED: f64 = 64.0;
 
-/// All expressions so far, by what they are made of.
-static STORE: Mutex<BTreeMap<String, &'static Tree>> = Mutex::new(BTreeMap::new());
-
 impl Expression {
     pub(super) fn new(tree: Tree) -> Self {
-        let mut store = STORE.lock().unwrap_or_else(PoisonError::into_inner);
-        Self(store.entry(format!("{tree:?}")).or_insert_with(|| Box::leak(Box::new(tree))))
+        Self(Arc::new(tree))
     }
 
-    pub(super) fn tree(self) -> &'static Tree {
-        self.0
+    pub(super) fn tree(&self) -> &Tree {
+        &self.0
     }
 
     /// The value, given all parameters.
-    pub fn resolve<S: Scalar>(self, phi: &[S]) -> S {
+    pub fn resolve<S: Scalar>(&self, phi: &[S]) -> S {
         self.0.resolve(phi)
     }
 
     /// The indices of its parameters, in increasing order.
     #[must_use]
-    pub fn parameters(self) -> Vec<usize> {
+    pub fn parameters(&self) -> Vec<usize> {
         let mut found = BTreeSet::new();
         self.0.collect(&mut found);
         found.into_iter().collect()
@@ -89,7 +85,7 @@ impl Expression {
 
     /// The derivative by each of its parameters.
     #[must_use]
-    pub fn slopes(self, phi: &[f64]) -> Vec<(ParameterHandle, f64)> {
+    pub fn slopes(&self, phi: &[f64]) -> Vec<(ParameterHandle, f64)> {
         let mut all: Vec<Dual<f64, 1>> = phi.iter().map(|&value| Dual::fixed(value)).collect();
         let slope = |index: usize| {
             all[index] = Dual::variable(phi[index], 0);
@@ -102,7 +98,7 @@ impl Expression {
 
     /// Bounds on its values, given the bounds of all parameters; conservative if a parameter occurs in
     /// it more than once.
-    pub fn range(self, bounds: &impl Fn(usize) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
+    pub fn range(&self, bounds: &impl Fn(usize) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
         self.0.range(bounds).map(|Range { lower, upper }| [lower, upper])
     }
 }

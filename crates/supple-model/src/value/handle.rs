@@ -22,7 +22,7 @@ use std::ops::{Index, IndexMut};
 /// assert_eq!((phi[stiffness], parameters[stiffness].bounds), (700.0, [100.0, 2000.0]));
 ///
 /// // In place of a number: a potential energy, with its gradient by all parameters.
-/// let energy = Value::from(stiffness).times(0.5.into());
+/// let energy = Value::from(stiffness).times(&0.5.into());
 /// let mut gradient = [0.0; 2];
 /// energy.add_gradient(&phi, 1.0, &mut gradient);
 /// assert_eq!((energy.resolve::<f64>(&phi), gradient[stiffness], gradient[variance]), (350.0, 0.5, 0.0));

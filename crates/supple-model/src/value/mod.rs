@@ -27,7 +27,7 @@ use supple_text::digits;
 /// Anything numeric in a task file is a `Value`, so that stiffnesses, noise variances and weights can all be designed.
 ///
 /// Example: the [front page](crate).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// The number itself.
     Number(f64),
@@ -39,9 +39,9 @@ pub enum Value {
 
 impl Value {
     /// The value as a scalar, given all parameters as scalars.
-    pub fn resolve<S: Scalar>(self, phi: &[S]) -> S {
+    pub fn resolve<S: Scalar>(&self, phi: &[S]) -> S {
         match self {
-            Self::Number(number) => S::constant(number),
+            Self::Number(number) => S::constant(*number),
             Self::Parameter(parameter) => phi[parameter.index()],
             Self::Expression(expression) => expression.resolve(phi),
         }
@@ -49,19 +49,19 @@ impl Value {
 
     /// The derivative by each parameter that it depends on: the parameter, and the slope at `phi`.
     #[must_use]
-    pub fn slopes(self, phi: &[f64]) -> Vec<(ParameterHandle, f64)> {
+    pub fn slopes(&self, phi: &[f64]) -> Vec<(ParameterHandle, f64)> {
         match self {
             Self::Number(_) => Vec::new(),
-            Self::Parameter(parameter) => vec![(parameter, 1.0)],
+            Self::Parameter(parameter) => vec![(*parameter, 1.0)],
             Self::Expression(expression) => expression.slopes(phi),
         }
     }
 
     /// Adds its gradient by all parameters, times a weight, to `out`.
-    pub fn add_gradient(self, phi: &[f64], weight: f64, out: &mut [f64]) {
+    pub fn add_gradient(&self, phi: &[f64], weight: f64, out: &mut [f64]) {
         match self {
             Self::Number(_) => {}
-            Self::Parameter(parameter) => out[parameter] += weight,
+            Self::Parameter(parameter) => out[*parameter] += weight,
             Self::Expression(_) => {
                 self.slopes(phi).into_iter().for_each(|(parameter, slope)| out[parameter] += weight * slope);
             }
@@ -70,7 +70,7 @@ impl Value {
 
     /// This times another value.
     #[must_use]
-    pub fn times(self, other: Self) -> Self {
+    pub fn times(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => Self::Number(a * b),
             (Self::Number(0.0), _) | (_, Self::Number(0.0)) => Self::Number(0.0),
@@ -80,41 +80,41 @@ impl Value {
 
     /// The sum with another value.
     #[must_use]
-    pub fn plus(self, other: Self) -> Self {
+    pub fn plus(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => Self::Number(a + b),
-            (Self::Number(0.0), other) => other,
-            (_, Self::Number(0.0)) => self,
+            (Self::Number(0.0), other) => other.clone(),
+            (_, Self::Number(0.0)) => self.clone(),
             _ => self.with(Operator::Add, other),
         }
     }
 
     /// This divided by another value.
     #[must_use]
-    pub fn over(self, other: Self) -> Self {
+    pub fn over(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => Self::Number(a / b),
-            (Self::Number(0.0), _) => self,
+            (Self::Number(0.0), _) => self.clone(),
             _ => self.with(Operator::Divide, other),
         }
     }
 
     /// Its square.
     #[must_use]
-    pub fn squared(self) -> Self {
+    pub fn squared(&self) -> Self {
         match self {
             Self::Number(number) => Self::Number(number * number),
-            _ => self.with(Operator::Power, Self::Number(2.0)),
+            _ => self.with(Operator::Power, &Self::Number(2.0)),
         }
     }
 
-    fn with(self, operator: Operator, other: Self) -> Self {
+    fn with(&self, operator: Operator, other: &Self) -> Self {
         Self::Expression(Expression::new(Tree::Binary(operator, Box::new([self.tree(), other.tree()]))))
     }
 
-    fn tree(self) -> Tree {
+    fn tree(&self) -> Tree {
         match self {
-            Self::Number(number) => Tree::Number(number),
+            Self::Number(number) => Tree::Number(*number),
             Self::Parameter(parameter) => Tree::Parameter(parameter.index()),
             Self::Expression(expression) => expression.tree().clone(),
         }
@@ -122,7 +122,7 @@ impl Value {
 
     /// Message for a value that can be as low as `least`, if that is too low.
     #[must_use]
-    pub fn found(self, least: f64) -> String {
+    pub fn found(&self, least: f64) -> String {
         if !least.is_finite() && matches!(self, Self::Expression(_)) {
             return "within the bounds of its parameters it may be infinite or undefined".to_owned();
         }
@@ -136,8 +136,8 @@ impl Value {
 
     /// Whether this is a number, and zero: a term that can be left out.
     #[must_use]
-    pub fn is_zero(self) -> bool {
-        self == Self::Number(0.0)
+    pub fn is_zero(&self) -> bool {
+        *self == Self::Number(0.0)
     }
 }
 

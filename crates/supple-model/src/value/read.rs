@@ -129,10 +129,10 @@ impl OneOrMore {
     /// # Errors
     /// If there is neither one number nor `len` of them.
     pub fn each(self, len: usize) -> Result<Vec<Value>, ValueError> {
-        match self.0 {
-            list if list.len() == len => Ok(list),
-            list if list.len() == 1 => Ok(vec![list[0]; len]),
-            list => Err(ValueError::Count { expected: len, found: list.len() }),
+        match <[Value; 1]>::try_from(self.0) {
+            Ok([one]) => Ok(vec![one; len]),
+            Err(list) if list.len() == len => Ok(list),
+            Err(list) => Err(ValueError::Count { expected: len, found: list.len() }),
         }
     }
 }

@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-12;
 /// or expression.
 ///
 /// Example: [`symmetrise`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Asymmetry {
     /// Its row, counted from 0; greater than its column.
     pub row: usize,
@@ -28,9 +28,9 @@ impl Asymmetry {
     /// The error message: what is valid, and both entries in words, given the names of the parameters.
     #[must_use]
     pub fn message(&self, names: &[String]) -> String {
-        let Self { row, column, entry, mirrored } = *self;
-        let shown = |value| match value {
-            Value::Number(number) => digits(number),
+        let Self { row, column, entry, mirrored } = self;
+        let shown = |value: &Value| match value {
+            Value::Number(number) => digits(*number),
             Value::Parameter(parameter) => match names.get(parameter.index()) {
                 Some(name) => format!("`{name}`"),
                 None => format!("parameter {}", parameter.index()),
@@ -63,13 +63,16 @@ pub fn symmetrise(rows: &mut [Vec<Value>]) -> Result<(), Asymmetry> {
     let largest = rows.iter().flatten().map(number).fold(0.0, f64::max);
     let below_diagonal = (0..rows.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     for (i, j) in below_diagonal {
-        match (rows[i][j], rows[j][i]) {
+        match (&rows[i][j], &rows[j][i]) {
             (below, above) if below == above => {}
             (Value::Number(below), Value::Number(above)) if (below - above).abs() <= ROUNDING * largest => {
-                let mean = Value::Number(0.5 * below + 0.5 * above);
-                (rows[i][j], rows[j][i]) = (mean, mean);
+                let mean = 0.5 * below + 0.5 * above;
+                [rows[i][j], rows[j][i]] = [mean; 2].map(Value::Number);
             }
-            (entry, mirrored) => return Err(Asymmetry { row: i, column: j, entry, mirrored }),
+            (entry, mirrored) => {
+                let (entry, mirrored) = (entry.clone(), mirrored.clone());
+                return Err(Asymmetry { row: i, column: j, entry, mirrored });
+            }
         }
     }
     Ok(())
@@ -96,15 +99,15 @@ mod tests {
         let names = ["a", "b"].map(str::to_owned);
         let [a, b] = names.clone().map(|name| Value::from(parameters.declare(Parameter::new(name, 1.0, [0.5, 2.0]))));
         let message = |below: Value, above: Value| {
-            let one = Value::Number(1.0);
-            symmetrise(&mut [vec![one, above], vec![below, one]]).unwrap_err().message(&names)
+            let one = || Value::Number(1.0);
+            symmetrise(&mut [vec![one(), above], vec![below, one()]]).unwrap_err().message(&names)
         };
         let valid = "must be symmetric up to rounding: ";
         let said = message(Value::Number(0.25), Value::Number(-1e-7));
         assert_eq!(said, format!("{valid}[1][0] is 0.25, and [0][1] is -1e-7"));
-        assert_eq!(message(a, b), format!("{valid}[1][0] is `a`, and [0][1] is `b`"));
         let said = message(a.squared(), b.squared());
         assert_eq!(said, format!("{valid}[1][0] is an expression, and [0][1] is another one"));
+        assert_eq!(message(a, b), format!("{valid}[1][0] is `a`, and [0][1] is `b`"));
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub(super) struct Ends {
 impl Front<'_> {
     /// The least factor of the bounds that costs meet.
     pub fn factor(&self, summary: &StartSummary) -> f64 {
-        let bounds = self.task.problem.tasks.iter().map(|task| task.bound);
+        let bounds = self.task.problem.tasks.iter().map(|task| task.bound.as_ref());
         let ratios = bounds.zip(&summary.costs).filter_map(|(bound, cost)| {
             let bound: f64 = bound?.resolve(&summary.to);
             Some(cost / bound)

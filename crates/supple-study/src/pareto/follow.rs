@@ -119,7 +119,7 @@ fn tight_end(front: &Front, ends: &Ends) -> Result<StartSummary, StudyError> {
     }
     // There, the cost's gradient vanishes along interior parameters, so that no finite price balances the information.
     (summary.status, summary.optimality) = (ends.tight.status, ends.tight.optimality);
-    let bounds = front.task.problem.tasks.iter().map(|task| task.bound);
+    let bounds = front.task.problem.tasks.iter().map(|task| &task.bound);
     summary.multipliers = bounds.map(|bound| if bound.is_some() { f64::NAN } else { 0.0 }).collect();
     Ok(summary)
 }

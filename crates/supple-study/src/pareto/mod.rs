@@ -118,7 +118,8 @@ fn identity(task: &LoadedTask, options: &ParetoOptions) -> Identity {
 /// The tasks' bounds at factor 1; infinite where there is none.
 pub(crate) fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
     let tasks = &task.problem.tasks;
-    let bounds: Vec<Option<f64>> = tasks.iter().map(|one| one.bound.map(|bound| bound.resolve(&task.phi))).collect();
+    let bounds = tasks.iter().map(|one| one.bound.as_ref().map(|bound| bound.resolve(&task.phi)));
+    let bounds: Vec<Option<f64>> = bounds.collect();
     if bounds.iter().all(Option::is_none) {
         let message = "no task has a cost limit, which a front needs for scale; set `bound` in a task, for example to the cost of a known design (printed by `supple evaluate`)";
         return Err(StudyError::usage(message));

@@ -230,7 +230,7 @@ fn evaluate_task(
         trouble = number_warnings(task, state, Some(&sampled)).into_iter().next();
     }
     cells.extend(of_contacts(task, phi, &state.plan.trajectory));
-    let bound = task.bound.map(|bound| bound.resolve(phi));
+    let bound = task.bound.as_ref().map(|bound| bound.resolve(phi));
     let converged = state.plan.status.is_converged();
     match neighbour {
         Some(controls) => controls.copy_from(&state.plan.trajectory.controls),

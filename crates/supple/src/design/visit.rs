@@ -59,7 +59,7 @@ fn task_visit(
     state: &mut TaskState,
 ) -> Result<TaskVisit, Error> {
     let (mut information_gradient, mut cost_gradient) = (Vec::new(), Vec::new());
-    let bound = task.bound.zip(aim.factor()).map(|(bound, factor)| Limit::of(bound, factor, phi));
+    let bound = task.bound.as_ref().zip(aim.factor()).map(|(bound, factor)| Limit::of(bound, factor, phi));
     let (mut information, mut information_by_limit) = (state.information.total, 0.0);
     match kind {
         GradientKind::Total => {

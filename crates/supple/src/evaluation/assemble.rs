@@ -26,7 +26,7 @@ pub(super) fn cost_report(TaskAt { task, phi }: TaskAt, state: &TaskState, secon
         expected: state.cost.expected(),
         parts: state.cost,
         second_order,
-        bound: task.bound.map(|bound| bound.resolve(phi)),
+        bound: task.bound.as_ref().map(|bound| bound.resolve(phi)),
         belief_per_step: traces.collect(),
         value_of_information_per_step: (0..task.steps).map(|t| (0..n).map(|i| xi.get(t, i, i)).sum()).collect(),
     }
@@ -73,7 +73,7 @@ pub(super) fn add_needed(
     state: &mut TaskState,
     information: &mut InformationReport,
 ) {
-    let bound = task.bound.map(|bound| bound.resolve::<f64>(phi));
+    let bound = task.bound.as_ref().map(|bound| bound.resolve::<f64>(phi));
     let limit_out_of_reach = bound.is_some_and(|bound| bound <= horizon.base_cost);
     let cost = bound.filter(|_| !limit_out_of_reach).unwrap_or(state.cost.expected());
     let found = if counts {

@@ -166,7 +166,7 @@ fn evaluate_task(
     let status = if saddle.is_some() { PlanStatus::Indefinite } else { state.plan.status };
     Error::check_stop()?;
     let feasibility = options.feasibility.unwrap_or(problem.design.feasibility);
-    let limit = task.bound.map(|bound| bound.resolve(phi));
+    let limit = task.bound.as_ref().map(|bound| bound.resolve(phi));
     let predicted = Predicted::of(task, state, status, information.total_bits, &contacts, limit, feasibility);
     let in_full = monte_carlo.as_ref().and_then(|_| second_order(task.at(phi), state));
     let substeps = task.system.substeps();

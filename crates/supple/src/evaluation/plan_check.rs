@@ -53,7 +53,7 @@ impl PlanCheck {
         let contacts = contact_reports(task, phi, &state.plan.trajectory);
         let monte_carlo = sampled(task.at(phi), &options, state)?;
         let (status, bits) = (state.plan.status, state.information.total / LN_2);
-        let limit = task.bound.map(|bound| factor * bound.resolve::<f64>(phi));
+        let limit = task.bound.as_ref().map(|bound| factor * bound.resolve::<f64>(phi));
         let predicted = Predicted::of(task, state, status, bits, &contacts, limit, problem.design.feasibility);
         let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, task.system.substeps()));
         let warnings = warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [const { None }; 3]);

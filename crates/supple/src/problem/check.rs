@@ -69,25 +69,25 @@ impl Task {
             let message = format!("must be a number of at least 0; found {}", digits(self.information_weight));
             return Err(Unfit::new("information_weight", message));
         }
-        let check = |key, value: Value| parameters.number(value).map_err(|wrong| Unfit::new(key, wrong.to_string()));
-        let least = |value: Value| parameters.least(value).unwrap_or(f64::NAN);
-        check("time_step", self.time_step)?;
-        if least(self.time_step) <= 0.0 {
-            let message = format!("must be above 0; {}", self.time_step.found(least(self.time_step)));
+        let check = |key, value: &Value| parameters.number(value).map_err(|wrong| Unfit::new(key, wrong.to_string()));
+        let least = |value: &Value| parameters.least(value).unwrap_or(f64::NAN);
+        check("time_step", &self.time_step)?;
+        if least(&self.time_step) <= 0.0 {
+            let message = format!("must be above 0; {}", self.time_step.found(least(&self.time_step)));
             return Err(Unfit::new("time_step", message));
         }
-        if let Some(bound) = self.bound {
+        if let Some(bound) = &self.bound {
             check("bound", bound)?;
             if least(bound) < 0.0 {
                 let found = bound.found(least(bound));
                 return Err(Unfit::new("bound", format!("must be at least 0, as every expected cost is; {found}")));
             }
         }
-        for (i, &value) in self.initial_state.iter().enumerate() {
+        for (i, value) in self.initial_state.iter().enumerate() {
             check("initial_state", value).map_err(|unfit| unfit.entry(i))?;
         }
         for (t, row) in self.initial_control.iter().enumerate() {
-            for (i, &value) in row.iter().enumerate() {
+            for (i, value) in row.iter().enumerate() {
                 check("initial_control", value).map_err(|unfit| unfit.entry(t).entry(i))?;
             }
         }

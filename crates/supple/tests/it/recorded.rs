@@ -132,7 +132,7 @@ fn press(system: impl System + 'static) -> supple::Task {
 
 #[test]
 fn two_mass_written_down_gives_what_two_mass_gives() {
-    let dt = Value::Number(0.02);
+    let dt = 0.02;
     let model = recorded(&two_mass(), &two_mass_costs(), 2);
     let text = serde_json::to_string(&model).unwrap();
     let model: Recorded = serde_json::from_str(&text).unwrap();

@@ -256,14 +256,14 @@ fn a_part_of_the_steps_is_not_a_task() {
     let initial = NoiseModel { initial: list(8, 3), process: list(8, 3), measurement: list(9, 1), varying: Vec::new() };
     let expected = "noise.initial: must be 1 matrix of 3 x 3; found 8 of 3 x 3";
     assert_eq!(message(Task { noise: initial, ..task.clone() }), expected);
-    let elsewhere = Parameters::default().declare(Parameter::new("p", 1.0, [0.0, 2.0])).into();
+    let elsewhere = Parameters::default().declare(Parameter::new("p", 1.0, [0.0, 2.0]));
     let expected = "initial_state[1]: uses a parameter that the problem does not have";
-    let strange = task.clone().starting_at([Value::Number(0.0), elsewhere, Value::Number(0.0)]);
+    let strange = task.clone().starting_at([Value::Number(0.0), elsewhere.into(), Value::Number(0.0)]);
     assert_eq!(message(strange.clone()), expected);
     let problem = Problem::new("", Parameters::default(), vec![strange]);
     let error = problem.evaluate(&[], &EvaluateOptions::default()).unwrap_err().to_string();
     assert!(error.ends_with(expected), "{error}");
-    let process = Covariance::diagonal([Value::Number(0.1), elsewhere, Value::Number(0.1)]);
+    let process = Covariance::diagonal([Value::Number(0.1), elsewhere.into(), Value::Number(0.1)]);
     let noise = NoiseModel { process, ..task.noise.clone() };
     let problem = Problem::new("", Parameters::default(), vec![Task { noise, ..task.clone() }]);
     let error = problem.evaluate(&[], &EvaluateOptions::default()).unwrap_err().to_string();

@@ -14,15 +14,15 @@ pub struct Place<S> {
 }
 
 /// Three values evaluated at a point.
-fn vector<S: Scalar>(at: &Point<S>, values: [Value; 3]) -> [S; 3] {
-    values.map(|value| at.value(value))
+fn vector<S: Scalar>(at: &Point<S>, values: &[Value; 3]) -> [S; 3] {
+    values.each_ref().map(|value| at.value(value))
 }
 
 impl Bodies {
     /// All numbers of the robot, evaluated at a point.
     pub fn numbers<S: Scalar>(&self, at: &Point<S>) -> Numbers<S> {
         let mut numbers = Numbers::of(&self.robot, [0.0; 3]);
-        numbers.gravity = vector(at, self.gravity);
+        numbers.gravity = vector(at, &self.gravity);
         for change in &self.overrides {
             change.apply(at, &mut numbers);
         }
@@ -58,7 +58,7 @@ impl Bodies {
         }
         let own = &self.frames[frame - links - others];
         let outer = self.place(own.on, at);
-        let inner = turned(vector(at, own.rpy), vector(at, own.position));
+        let inner = turned(vector(at, &own.rpy), vector(at, &own.position));
         Place { link: outer.link, pose: outer.pose.compose(&inner) }
     }
 }
@@ -78,7 +78,7 @@ impl Override {
     fn apply<S: Scalar>(&self, at: &Point<S>, numbers: &mut Numbers<S>) {
         let set = |to: &mut S, value: &Option<Value>| {
             if let Some(value) = value {
-                *to = at.value(*value);
+                *to = at.value(value);
             }
         };
         match self {
@@ -86,10 +86,10 @@ impl Override {
                 let numbers = &mut numbers.links[*link];
                 set(&mut numbers.mass, mass);
                 if let Some(center) = center {
-                    numbers.center = vector(at, *center);
+                    numbers.center = vector(at, center);
                 }
                 if let Some(factor) = inertia_scale {
-                    numbers.moment = numbers.moment.map(|row| scale(at.value(*factor), row));
+                    numbers.moment = numbers.moment.map(|row| scale(at.value(factor), row));
                 }
             }
             Self::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale } => {
@@ -101,10 +101,10 @@ impl Override {
                 set(&mut numbers.rest, rest);
                 let position = &mut numbers.origin.position;
                 if let Some(factor) = length_scale {
-                    *position = scale(at.value(*factor), *position);
+                    *position = scale(at.value(factor), *position);
                 }
                 if let Some(offset) = offset {
-                    *position = add(*position, vector(at, *offset));
+                    *position = add(*position, vector(at, offset));
                 }
             }
         }
@@ -112,6 +112,6 @@ impl Override {
 }
 
 /// A smoothing length widened by `by`: `sqrt(smoothing^2 + by^2)` (theory, equation P.3c).
-pub fn widened<S: Scalar>(at: &Point<S>, smoothing: S, by: Value) -> S {
+pub fn widened<S: Scalar>(at: &Point<S>, smoothing: S, by: &Value) -> S {
     smoothing.mul_add(smoothing, at.value(by).square()).sqrt()
 }

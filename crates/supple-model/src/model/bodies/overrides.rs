@@ -38,19 +38,19 @@ pub struct FrameNumbers {
 
 impl Override {
     /// The keys that were given, with their values, and the minimum of each; `None` if any value is valid.
-    pub fn rules(&self) -> Vec<(&'static str, Value, Option<f64>)> {
+    pub fn rules(&self) -> Vec<(&'static str, &Value, Option<f64>)> {
         let list = match self {
             Self::Link { mass, inertia_scale, .. } => {
-                vec![("mass", *mass, Some(0.0)), ("inertia_scale", *inertia_scale, Some(0.0))]
+                vec![("mass", mass, Some(0.0)), ("inertia_scale", inertia_scale, Some(0.0))]
             }
             Self::Joint { damping, friction, armature, stiffness, length_scale, .. } => vec![
-                ("damping", *damping, Some(0.0)),
-                ("friction", *friction, Some(0.0)),
-                ("armature", *armature, Some(0.0)),
-                ("stiffness", *stiffness, Some(0.0)),
-                ("length_scale", *length_scale, Some(0.0)),
+                ("damping", damping, Some(0.0)),
+                ("friction", friction, Some(0.0)),
+                ("armature", armature, Some(0.0)),
+                ("stiffness", stiffness, Some(0.0)),
+                ("length_scale", length_scale, Some(0.0)),
             ],
         };
-        list.into_iter().filter_map(|(key, value, least)| Some((key, value?, least))).collect()
+        list.into_iter().filter_map(|(key, value, least)| Some((key, value.as_ref()?, least))).collect()
     }
 }

@@ -186,7 +186,7 @@ impl<S: Scalar> Own<'_, S> {
 
     /// A value of the task file at these parameters.
     #[must_use]
-    pub fn value(&self, value: Value) -> S {
+    pub fn value(&self, value: &Value) -> S {
         self.now.at.value(value)
     }
 

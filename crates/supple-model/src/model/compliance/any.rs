@@ -65,14 +65,14 @@ pub(in crate::model) trait Kind: Debug + Send + Sync + Over<f64> + Over<Node> {
     fn deflections(&self) -> Vec<&'static str>;
     fn has_dry_friction(&self) -> bool;
     fn pushes(&self) -> bool;
-    fn widened(&self, length: Value, speed: Value) -> Option<Coupling>;
+    fn widened(&self, length: &Value, speed: &Value) -> Option<Coupling>;
     fn draw(&self, own: &Own<f64>) -> Drawn;
     fn ball(&self, own: &Own<f64>) -> Option<(usize, f64)>;
     fn frames(&self) -> Vec<usize>;
     fn has_wall(&self) -> bool;
     fn motor_of(&self) -> Option<usize>;
     fn beside_joint(&self) -> Option<BesideJoint>;
-    fn rules(&self) -> Vec<Rule>;
+    fn rules(&self) -> Vec<Rule<'_>>;
 }
 
 impl<C: Compliance> Kind for C {
@@ -94,7 +94,7 @@ impl<C: Compliance> Kind for C {
     fn pushes(&self) -> bool {
         Compliance::pushes(self)
     }
-    fn widened(&self, length: Value, speed: Value) -> Option<Coupling> {
+    fn widened(&self, length: &Value, speed: &Value) -> Option<Coupling> {
         Compliance::widened(self, length, speed).map(Coupling::from)
     }
     fn draw(&self, own: &Own<f64>) -> Drawn {
@@ -115,7 +115,7 @@ impl<C: Compliance> Kind for C {
     fn beside_joint(&self) -> Option<BesideJoint> {
         Compliance::beside_joint(self)
     }
-    fn rules(&self) -> Vec<Rule> {
+    fn rules(&self) -> Vec<Rule<'_>> {
         Compliance::rules(self)
     }
 }

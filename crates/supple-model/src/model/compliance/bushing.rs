@@ -74,11 +74,11 @@ fn half<S: Scalar>(r: &[[S; 3]; 3]) -> Pose<S> {
 }
 
 /// `-(k x + d x')` per axis, with `x` evaluated at the end of an implicit step.
-fn resist<S: Scalar>(own: &Own<S>, k: [Value; 3], x: [S; 3], d: [Value; 3], rate: [S; 3]) -> [S; 3] {
+fn resist<S: Scalar>(own: &Own<S>, k: &[Value; 3], x: [S; 3], d: &[Value; 3], rate: [S; 3]) -> [S; 3] {
     let lead = own.lead();
     let mut out = [S::zero(); 3];
     for i in 0..3 {
-        out[i] = -(own.value(k[i]) * lead.mul_add(rate[i], x[i]) + own.value(d[i]) * rate[i]);
+        out[i] = -(own.value(&k[i]) * lead.mul_add(rate[i], x[i]) + own.value(&d[i]) * rate[i]);
     }
     out
 }
@@ -112,11 +112,11 @@ impl Bushing {
         let b = half(&relative.rotation);
         // The half-way frame rotates at half the angular velocity.
         let seen = sub(v, cross(scale(S::constant(0.5), w), p));
-        let force = resist(own, self.stiffness, b.unrotate(p), self.damping, b.unrotate(seen));
+        let force = resist(own, &self.stiffness, b.unrotate(p), &self.damping, b.unrotate(seen));
 
         let (angles, n) = angles(&relative.rotation);
         let rates = n.map(|row| dot(row, w));
-        let t = resist(own, self.torsional_stiffness, angles, self.torsional_damping, rates);
+        let t = resist(own, &self.torsional_stiffness, angles, &self.torsional_damping, rates);
         let torque = add(add(scale(t[0], n[0]), scale(t[1], n[1])), scale(t[2], n[2]));
         (Wrench { torque, force: b.rotate(force) }, p)
     }
@@ -171,8 +171,8 @@ impl Compliance for Bushing {
         let axes = [0, 1, 2].map(|axis| between.rotation.map(|row| row[axis]));
         let rates = n.map(|row| pose_a.rotate(row));
         vec![
-            own.resistances(self.stiffness, self.damping, axes, &shifts),
-            own.resistances(self.torsional_stiffness, self.torsional_damping, rates, &turns),
+            own.resistances(&self.stiffness, &self.damping, axes, &shifts),
+            own.resistances(&self.torsional_stiffness, &self.torsional_damping, rates, &turns),
         ]
     }
 
@@ -187,14 +187,15 @@ impl Compliance for Bushing {
         vec![self.a, self.c]
     }
 
-    fn rules(&self) -> Vec<Rule> {
-        let each = |key: &'static str, values: [Value; 3]| values.map(|value| Rule::at_least(key, value, 0.0));
+    fn rules(&self) -> Vec<Rule<'_>> {
         [
-            each("stiffness", self.stiffness),
-            each("damping", self.damping),
-            each("torsional_stiffness", self.torsional_stiffness),
-            each("torsional_damping", self.torsional_damping),
+            ("stiffness", &self.stiffness),
+            ("damping", &self.damping),
+            ("torsional_stiffness", &self.torsional_stiffness),
+            ("torsional_damping", &self.torsional_damping),
         ]
-        .concat()
+        .into_iter()
+        .flat_map(|(key, values)| values.iter().map(move |value| Rule::at_least(key, value, 0.0)))
+        .collect()
     }
 }

@@ -111,14 +111,14 @@ impl Face {
 }
 
 impl File {
-    /// Normal and point of the wall: those given, or those of a geom of the robot's file.
-    fn wall(&self, names: &Names) -> Result<([f64; 3], [Value; 3]), Unfit> {
+    /// Takes normal and point of the wall: those given, or those of a geom of the robot's file.
+    fn wall(&mut self, names: &Names) -> Result<([f64; 3], [Value; 3]), Unfit> {
         let Some(geom) = &self.geom else {
             let missing = || Unfit::new("normal", "is missing: give `normal`, or name a `geom` of the robot file");
             if self.face.is_some() {
                 return Err(Unfit::new("face", "requires `geom`, a box of the robot file"));
             }
-            return Ok((self.normal.ok_or_else(missing)?, self.point.unwrap_or_default()));
+            return Ok((self.normal.ok_or_else(missing)?, self.point.take().unwrap_or_default()));
         };
         for (key, given) in [("normal", self.normal.is_some()), ("point", self.point.is_some())] {
             if given {
@@ -151,7 +151,7 @@ const SLIP: f64 = 1e-2;
 impl ComplianceFile for Contact {
     type File = File;
 
-    fn build(file: File, names: &Names) -> Result<Self, Unfit> {
+    fn build(mut file: File, names: &Names) -> Result<Self, Unfit> {
         let frame = names.frame("frame", &file.frame)?;
         let (normal, point) = file.wall(names)?;
         let length = dot(normal, normal).sqrt();
@@ -199,14 +199,14 @@ struct Slide<S> {
 impl Contact {
     /// From the frame's origin to the point that touches the wall, in the axes of the frame.
     fn lever<S: Scalar>(&self, at: &Point<S>, pose: &Pose<S>) -> [S; 3] {
-        pose.unrotate(scale(-at.value(self.radius), self.normal.map(S::constant)))
+        pose.unrotate(scale(-at.value(&self.radius), self.normal.map(S::constant)))
     }
 
     /// Stiffness and smoothing. A widened contact is also softer, so that the force at a given multiple of the
     /// smoothing length is the same.
     fn spring<S: Scalar>(&self, at: &Point<S>) -> (S, S) {
-        let (stiffness, smoothing): (S, S) = (at.value(self.stiffness), at.value(self.smoothing));
-        let Some((length, _)) = self.widening else { return (stiffness, smoothing) };
+        let (stiffness, smoothing): (S, S) = (at.value(&self.stiffness), at.value(&self.smoothing));
+        let Some((length, _)) = &self.widening else { return (stiffness, smoothing) };
         let wide = widened(at, smoothing, length);
         (stiffness * smoothing / wide, wide)
     }
@@ -214,11 +214,11 @@ impl Contact {
     /// Its push, but for the motions of the robot.
     fn spring_and_damper<S: Scalar>(&self, own: &Own<S>) -> Push<S> {
         let at = own.at();
-        let point = self.point.map(|value| at.value(value));
+        let point = self.point.each_ref().map(|value| at.value(value));
         let outwards = dot(self.normal.map(S::constant), sub(own.pose(self.frame).position, point));
-        let depth = own.constant() + at.value(self.radius) - outwards;
+        let depth = own.constant() + at.value(&self.radius) - outwards;
         let (stiffness, smoothing) = self.spring(at);
-        Push { depth, stiffness, smoothing, dissipation: at.value(self.dissipation), motions: Vec::new() }
+        Push { depth, stiffness, smoothing, dissipation: at.value(&self.dissipation), motions: Vec::new() }
     }
 
     /// Depth and forces (theory, equations R.14, R.15, R.22 and R.23).
@@ -246,13 +246,13 @@ impl Contact {
 
     /// Greatest friction force, given the normal force.
     fn limit<S: Scalar>(&self, at: &Point<S>, pushed: S) -> S {
-        at.value(self.friction) * pushed
+        at.value(&self.friction) * pushed
     }
 
     /// The speed over which friction builds up; higher if the contact is widened.
     fn slip_speed<S: Scalar>(&self, at: &Point<S>) -> S {
-        let own = at.value(self.slip);
-        self.widening.map_or(own, |(_, speed)| widened(at, own, speed))
+        let own = at.value(&self.slip);
+        self.widening.as_ref().map_or(own, |(_, speed)| widened(at, own, speed))
     }
 
     /// The motion of the touching point per unit rate of each degree of freedom.
@@ -332,8 +332,8 @@ impl Compliance for Contact {
         })
     }
 
-    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
-        Some(Self { widening: Some((length, speed)), ..self.clone() })
+    fn widened(&self, length: &Value, speed: &Value) -> Option<Self> {
+        Some(Self { widening: Some((length.clone(), speed.clone())), ..self.clone() })
     }
 
     /// From the wall to the touching point.
@@ -346,7 +346,7 @@ impl Compliance for Contact {
     }
 
     fn ball(&self, own: &Own<f64>) -> Option<(usize, f64)> {
-        let radius = own.value(self.radius);
+        let radius = own.value(&self.radius);
         (radius > 0.0).then_some((self.frame, radius))
     }
 
@@ -359,22 +359,22 @@ impl Compliance for Contact {
     }
 
     fn wall<S: Scalar>(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
-        let point = self.point.map(|value| own.value(value));
+        let point = self.point.each_ref().map(|value| own.value(value));
         Some((self.normal, add(point, scale(own.constant(), self.normal.map(S::constant)))))
     }
 
-    fn rules(&self) -> Vec<Rule> {
+    fn rules(&self) -> Vec<Rule<'_>> {
         vec![
-            Rule::at_least("radius", self.radius, 0.0),
-            Rule::above("stiffness", self.stiffness, 0.0)
+            Rule::at_least("radius", &self.radius, 0.0),
+            Rule::above("stiffness", &self.stiffness, 0.0)
                 .with_help("the force per depth of both surfaces in series, N/m: such as 1e3 to 1e5"),
-            Rule::at_least("dissipation", self.dissipation, 0.0)
+            Rule::at_least("dissipation", &self.dissipation, 0.0)
                 .with_help("0 for an impact that loses no energy; the shipped tasks use 1 to 2 s/m"),
-            Rule::above("smoothing", self.smoothing, 0.0)
+            Rule::above("smoothing", &self.smoothing, 0.0)
                 .with_help("the clearance at which the force begins, m: such as 1e-3, or less for a shorter reach"),
-            Rule::at_least("friction", self.friction, 0.0)
+            Rule::at_least("friction", &self.friction, 0.0)
                 .with_help("the coefficient of friction, whichever way the contact slides: 0 for none, such as 0.3"),
-            Rule::above("slip", self.slip, 0.0)
+            Rule::above("slip", &self.slip, 0.0)
                 .with_help("the speed over which friction builds up, m/s: such as 0.01, the default"),
         ]
     }

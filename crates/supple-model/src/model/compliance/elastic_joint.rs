@@ -58,7 +58,7 @@ impl Compliance for ElasticJoint {
     }
 
     fn inertias<S: Scalar>(&self, at: &Point<S>) -> Vec<S> {
-        vec![at.value(self.motor_inertia)]
+        vec![at.value(&self.motor_inertia)]
     }
 
     fn signals(&self) -> Vec<&'static str> {
@@ -68,7 +68,7 @@ impl Compliance for ElasticJoint {
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
         let rate = own.rates()[own.place()] - own.rates()[self.dof];
         let stretch = own.lead().mul_add(rate, own.positions()[own.place()] - own.positions()[self.dof]);
-        vec![own.value(self.stiffness) * stretch + own.value(self.damping) * rate]
+        vec![own.value(&self.stiffness) * stretch + own.value(&self.damping) * rate]
     }
 
     fn deflections(&self) -> Vec<&'static str> {
@@ -83,12 +83,12 @@ impl Compliance for ElasticJoint {
         let torque = self.measure(own)[0];
         let rate = own.rates()[own.place()];
         forces.on_position(self.dof, torque);
-        forces.on_position(own.place(), -(torque + own.value(self.motor_damping) * rate));
+        forces.on_position(own.place(), -(torque + own.value(&self.motor_damping) * rate));
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
-        let spring = own.resistance(self.stiffness, self.damping, &[(self.dof, -1.0), (own.place(), 1.0)]);
-        vec![spring, own.resistance(Value::default(), self.motor_damping, &[(own.place(), 1.0)])]
+        let spring = own.resistance(&self.stiffness, &self.damping, &[(self.dof, -1.0), (own.place(), 1.0)]);
+        vec![spring, own.resistance(&Value::default(), &self.motor_damping, &[(own.place(), 1.0)])]
     }
 
     fn draw(&self, own: &Own<f64>) -> Drawn {
@@ -99,12 +99,12 @@ impl Compliance for ElasticJoint {
         Some(self.dof)
     }
 
-    fn rules(&self) -> Vec<Rule> {
+    fn rules(&self) -> Vec<Rule<'_>> {
         vec![
-            Rule::at_least("stiffness", self.stiffness, 0.0),
-            Rule::at_least("damping", self.damping, 0.0),
-            Rule::above("motor_inertia", self.motor_inertia, 0.0),
-            Rule::at_least("motor_damping", self.motor_damping, 0.0),
+            Rule::at_least("stiffness", &self.stiffness, 0.0),
+            Rule::at_least("damping", &self.damping, 0.0),
+            Rule::above("motor_inertia", &self.motor_inertia, 0.0),
+            Rule::at_least("motor_damping", &self.motor_damping, 0.0),
         ]
     }
 }

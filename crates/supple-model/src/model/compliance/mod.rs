@@ -99,7 +99,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
 
     /// The same element with forces that build up over a length increased by `_length`, m, and friction over one increased
     /// by `_speed`, m/s; `None` if it has no such length.
-    fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
+    fn widened(&self, _length: &Value, _speed: &Value) -> Option<Self>
     where
         Self: Sized,
     {
@@ -140,7 +140,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
     }
 
     /// Lower limits of its numbers.
-    fn rules(&self) -> Vec<Rule>;
+    fn rules(&self) -> Vec<Rule<'_>>;
 }
 
 /// How an element is read from a task file.
@@ -161,9 +161,9 @@ pub trait ComplianceFile: Compliance + Sized {
 ///
 /// Example: the [module](crate::model::coupling).
 #[derive(Clone, Copy, Debug)]
-pub struct Rule {
+pub struct Rule<'a> {
     pub(super) key: &'static str,
-    pub(super) value: Value,
+    pub(super) value: &'a Value,
     pub(super) least: f64,
     /// Whether the value must be strictly greater than the limit.
     pub(super) more: bool,
@@ -171,16 +171,16 @@ pub struct Rule {
     pub(super) help: Option<&'static str>,
 }
 
-impl Rule {
+impl<'a> Rule<'a> {
     /// The value of a key must be at least this.
     #[must_use]
-    pub fn at_least(key: &'static str, value: Value, least: f64) -> Self {
+    pub fn at_least(key: &'static str, value: &'a Value, least: f64) -> Self {
         Self { key, value, least, more: false, help: None }
     }
 
     /// The value of a key must be above this.
     #[must_use]
-    pub fn above(key: &'static str, value: Value, least: f64) -> Self {
+    pub fn above(key: &'static str, value: &'a Value, least: f64) -> Self {
         Self { key, value, least, more: true, help: None }
     }
 
@@ -194,7 +194,7 @@ impl Rule {
 /// A spring and damper acting in parallel with a joint.
 ///
 /// Example: the [module](crate::model::coupling).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct BesideJoint {
     /// The joint's degree of freedom.
     pub dof: usize,
@@ -263,7 +263,7 @@ impl<S: Scalar> Push<S> {
 impl<S: Scalar> Own<'_, S> {
     /// The resistance of a spring and damper acting on a weighted sum of positions: their indices, each with its weight.
     #[must_use]
-    pub fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
+    pub fn resistance(&self, stiffness: &Value, damping: &Value, sum: &[(usize, f64)]) -> Resistance<S> {
         let mut row = vec![S::zero(); self.positions().len()];
         for &(place, factor) in sum {
             row[place] = S::constant(factor);
@@ -274,12 +274,12 @@ impl<S: Scalar> Own<'_, S> {
     /// The resistance of springs and dampers along three directions; `motions` is the motion per degree of freedom.
     pub fn resistances(
         &self,
-        stiffness: [Value; 3],
-        damping: [Value; 3],
+        stiffness: &[Value; 3],
+        damping: &[Value; 3],
         directions: [[S; 3]; 3],
         motions: &[[S; 3]],
     ) -> Resistance<S> {
-        let terms = [0, 1, 2].map(|axis| (self.resisting(stiffness[axis], damping[axis]), directions[axis]));
+        let terms = [0, 1, 2].map(|axis| (self.resisting(&stiffness[axis], &damping[axis]), directions[axis]));
         self.spread(squares(&terms), motions)
     }
 
@@ -294,7 +294,7 @@ impl<S: Scalar> Own<'_, S> {
     }
 
     /// `damping + lead stiffness`
-    fn resisting(&self, stiffness: Value, damping: Value) -> S {
+    fn resisting(&self, stiffness: &Value, damping: &Value) -> S {
         self.value(damping) + self.lead() * self.value(stiffness)
     }
 }

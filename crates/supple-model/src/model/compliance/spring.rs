@@ -55,8 +55,8 @@ impl Compliance for Spring {
 
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
         let rate = own.rates()[self.dof];
-        let stretch = own.lead().mul_add(rate, own.positions()[self.dof]) - own.value(self.rest);
-        vec![-(own.value(self.stiffness) * stretch + own.value(self.damping) * rate)]
+        let stretch = own.lead().mul_add(rate, own.positions()[self.dof]) - own.value(&self.rest);
+        vec![-(own.value(&self.stiffness) * stretch + own.value(&self.damping) * rate)]
     }
 
     fn deflections(&self) -> Vec<&'static str> {
@@ -64,7 +64,7 @@ impl Compliance for Spring {
     }
 
     fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
-        vec![own.positions()[self.dof] - own.value(self.rest)]
+        vec![own.positions()[self.dof] - own.value(&self.rest)]
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
@@ -72,7 +72,7 @@ impl Compliance for Spring {
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
-        vec![own.resistance(self.stiffness, self.damping, &[(self.dof, 1.0)])]
+        vec![own.resistance(&self.stiffness, &self.damping, &[(self.dof, 1.0)])]
     }
 
     fn draw(&self, own: &Own<f64>) -> Drawn {
@@ -80,11 +80,11 @@ impl Compliance for Spring {
     }
 
     fn beside_joint(&self) -> Option<BesideJoint> {
-        let &Self { dof, stiffness, rest, damping } = self;
+        let Self { dof, stiffness, rest, damping } = self.clone();
         Some(BesideJoint { dof, stiffness, rest, damping })
     }
 
-    fn rules(&self) -> Vec<Rule> {
-        vec![Rule::at_least("stiffness", self.stiffness, 0.0), Rule::at_least("damping", self.damping, 0.0)]
+    fn rules(&self) -> Vec<Rule<'_>> {
+        vec![Rule::at_least("stiffness", &self.stiffness, 0.0), Rule::at_least("damping", &self.damping, 0.0)]
     }
 }

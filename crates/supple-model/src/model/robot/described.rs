@@ -33,7 +33,7 @@ impl Robot {
         for drive in &self.drives {
             if let Some(servo) = &drive.actuator {
                 let actuator = &mut robot.actuators[servo.index];
-                (actuator.gear, actuator.law) = (at.value(drive.gear), servo.law(&at));
+                (actuator.gear, actuator.law) = (at.value(&drive.gear), servo.law(&at));
             }
         }
         let own = self.bodies.robot.links.len() + self.bodies.robot.frames.len();
@@ -45,7 +45,7 @@ impl Robot {
             match element.kind.beside_joint() {
                 Some(spring) => {
                     let [stiffness, rest, damping] =
-                        [spring.stiffness, spring.rest, spring.damping].map(|value| at.value(value));
+                        [&spring.stiffness, &spring.rest, &spring.damping].map(|value| at.value(value));
                     let joint = &mut robot.joints[self.bodies.tree.joint_indices()[spring.dof]];
                     let sum = joint.stiffness + stiffness;
                     if sum > 0.0 {

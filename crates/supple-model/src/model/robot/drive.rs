@@ -59,10 +59,10 @@ impl Drive {
     /// tau = gear (gain u + offset - kp gear q - kv gear q')
     /// ```
     pub fn force<S: Scalar>(&self, at: &Point<S>, u: S, position: S, rate: S) -> S {
-        let gear: S = at.value(self.gear);
+        let gear: S = at.value(&self.gear);
         let Some(Servo { gain, offset, kp, kv, .. }) = &self.actuator else { return gear * u };
-        let mut force = at.value(*gain) * u + *offset;
-        for (coefficient, length) in [(*kp, position), (*kv, rate)] {
+        let mut force = at.value(gain) * u + *offset;
+        for (coefficient, length) in [(kp, position), (kv, rate)] {
             if !coefficient.is_zero() {
                 force -= at.value(coefficient) * gear * length;
             }
@@ -83,26 +83,31 @@ impl Drive {
     /// ahead: `gear^2 (kv + lead kp)`, N m s/rad or N s/m. `None` if the force does not resist motion.
     pub fn resistance<S: Scalar>(&self, at: &Point<S>, lead: S) -> Option<S> {
         let Servo { kp, kv, .. } = self.actuator.as_ref().filter(|_| self.resists())?;
-        Some(at.value(self.gear).square() * (at.value(*kv) + lead * at.value(*kp)))
+        Some(at.value(&self.gear).square() * (at.value(kv) + lead * at.value(kp)))
     }
 }
 
 impl Servo {
     /// Its control law at these parameters, in the form used by robot files.
     pub(super) fn law(&self, at: &Point<f64>) -> Law {
-        let [gain, kp, kv] = [self.gain, self.kp, self.kv].map(|value| at.value(value));
+        let [gain, kp, kv] = [&self.gain, &self.kp, &self.kv].map(|value| at.value(value));
         Law::new(gain, self.offset, kp, kv)
     }
 
-    /// The actuator with this index, with the numbers that the task overrides.
-    pub(super) fn new(index: usize, actuator: &Actuator, file: &DriveFile) -> Self {
-        let of = |given: Option<Value>, number: f64| given.unwrap_or(Value::Number(number));
-        let zero = Value::default();
+    /// The actuator with this index, with the stiffness and damping that the task gives in place of its own.
+    pub(super) fn new(index: usize, actuator: &Actuator, kp: Option<Value>, kv: Option<Value>) -> Self {
+        let of = |given: Option<Value>, own: f64| given.unwrap_or(Value::Number(own));
         let [gain, kp, kv] = match actuator.law {
-            Law::Motor { gain } => [of(None, gain), zero, zero],
-            Law::Position { kp, kv } => [of(file.kp, kp), of(file.kp, kp), of(file.kv, kv)],
-            Law::Velocity { kv } => [of(file.kv, kv), zero, of(file.kv, kv)],
-            Law::Affine { gain, kp, kv, .. } => [of(None, gain), of(None, kp), of(None, kv)],
+            Law::Motor { gain } => [gain, 0.0, 0.0].map(Value::Number),
+            Law::Position { kp: own_kp, kv: own_kv } => {
+                let kp = of(kp, own_kp);
+                [kp.clone(), kp, of(kv, own_kv)]
+            }
+            Law::Velocity { kv: own } => {
+                let kv = of(kv, own);
+                [kv.clone(), Value::default(), kv]
+            }
+            Law::Affine { gain, kp, kv, .. } => [gain, kp, kv].map(Value::Number),
         };
         let offset = if let Law::Affine { offset, .. } = actuator.law { offset } else { 0.0 };
         Self { index, gain, offset, kp, kv }

@@ -19,7 +19,7 @@ impl Robot {
         if self.integrator == Integrator::SemiImplicit {
             return now;
         }
-        let lead = self.lead.map_or(at.time_step, |share| at.value(share) * at.time_step);
+        let lead = self.lead.as_ref().map_or(at.time_step, |share| at.value(share) * at.time_step);
         now.ahead(lead, a, self.sees_frames())
     }
 
@@ -111,8 +111,8 @@ impl Robot {
 
     /// The speed over which joint friction builds up.
     pub(super) fn friction_speed<S: Scalar>(&self, at: &Point<S>) -> S {
-        let own = at.value(self.friction_smoothing);
-        self.friction_widening.map_or(own, |speed| widened(at, own, speed))
+        let own = at.value(&self.friction_smoothing);
+        self.friction_widening.as_ref().map_or(own, |speed| widened(at, own, speed))
     }
 
     /// Whether any joint has friction.
@@ -121,12 +121,12 @@ impl Robot {
     }
 
     fn joint_has_friction(&self, joint: usize) -> bool {
-        let given = |change: &Override| match change {
-            Override::Joint { joint: other, friction: Some(value), .. } if *other == joint => Some(*value),
+        let given = self.bodies.overrides.iter().rev().find_map(|change| match change {
+            Override::Joint { joint: other, friction: Some(value), .. } if *other == joint => Some(value),
             _ => None,
-        };
+        });
         let own = self.bodies.robot.joints[joint].friction != 0.0;
-        self.bodies.overrides.iter().filter_map(given).next_back().map_or(own, |value| !value.is_zero())
+        given.map_or(own, |value| !value.is_zero())
     }
 
     /// `M`, with rotors and added coordinates; in an implicit step also the resistance to the rates at its end.
@@ -194,7 +194,7 @@ impl Robot {
     pub(super) fn rotors<S: Scalar>(&self, at: &Point<S>) -> Vec<(usize, S)> {
         let felt = |drive: &Drive| {
             let place = self.driven(drive);
-            (place, at.value(drive.gear).square() * at.value(drive.rotor))
+            (place, at.value(&drive.gear).square() * at.value(&drive.rotor))
         };
         self.drives.iter().map(felt).collect()
     }

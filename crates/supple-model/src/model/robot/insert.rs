@@ -87,25 +87,22 @@ pub(super) fn insert(
             document.error(&at.into_iter().chain(keys.iter().copied()).collect::<Vec<_>>(), message)
         };
         let built = file.built(&robot, &error)?;
-        let each = |key: &'static str, given: &Option<OneOrMore>| {
-            let values = given.clone().map_or_else(|| vec![Value::default()], |given| given.0);
-            match values.len() {
-                1 => Ok(vec![values[0]; file.axes.len()]),
-                found if found == file.axes.len() => Ok(values),
-                found => {
-                    let message =
-                        format!("must be one number, or {} of them, one per axis; found {found}", file.axes.len());
-                    Err(error(&[key.into()], message))
-                }
-            }
+        let axes = file.axes.len();
+        let each = |key: &'static str, given: Option<OneOrMore>| {
+            let given = given.unwrap_or_else(|| OneOrMore(vec![Value::default()]));
+            let found = given.0.len();
+            given.each(axes).map_err(|_| {
+                let message = format!("must be one number, or {axes} of them, one per axis; found {found}");
+                error(&[key.into()], message)
+            })
         };
         inserted.push(Inserted {
             joints: built.joints().collect(),
             link: file.name.clone(),
             mass: file.mass,
             center: file.center,
-            stiffness: each("stiffness", &file.stiffness)?,
-            damping: each("damping", &file.damping)?,
+            stiffness: each("stiffness", file.stiffness)?,
+            damping: each("damping", file.damping)?,
         });
         robot = robot.with_insert(&built);
     }
@@ -191,11 +188,11 @@ impl InsertFile {
     /// Its inertia, if it has any; entries that are parameters are set to 0.
     fn own_inertia(&self) -> Option<Inertia> {
         let [ixx, iyy, izz] = self.inertia;
-        let number = |value: Value| if let Value::Number(number) = value { number } else { 0.0 };
+        let number = |value: &Value| if let Value::Number(number) = *value { number } else { 0.0 };
         let has_mass = !self.mass.is_zero() || self.inertia != [0.0; 3];
         has_mass.then(|| Inertia {
-            mass: number(self.mass),
-            center: self.center.map(number),
+            mass: number(&self.mass),
+            center: self.center.each_ref().map(number),
             moment: [[ixx, 0.0, 0.0], [0.0, iyy, 0.0], [0.0, 0.0, izz]],
         })
     }

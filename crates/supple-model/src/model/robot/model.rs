@@ -193,8 +193,8 @@ impl Model for Robot {
         Some(self.substeps)
     }
 
-    fn widened(&self, length: Value, speed: Value, lead: Value) -> Option<Self> {
-        let mut wide = Self { friction_widening: Some(speed), lead: Some(lead), ..self.clone() };
+    fn widened(&self, length: &Value, speed: &Value, lead: &Value) -> Option<Self> {
+        let mut wide = Self { friction_widening: Some(speed.clone()), lead: Some(lead.clone()), ..self.clone() };
         let mut any = self.has_friction();
         for element in &mut wide.compliance {
             if let Some(kind) = element.kind.widened(length, speed) {

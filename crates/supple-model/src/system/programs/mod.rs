@@ -21,7 +21,6 @@ pub(super) use parameters::GradientOf;
 pub(super) use second::SecondDerivatives;
 
 /// A model with its costs, to be recorded.
-#[derive(Clone, Copy)]
 pub(super) struct Recorder<'a, M> {
     pub model: &'a M,
     pub costs: &'a [Cost],
@@ -66,7 +65,7 @@ impl<M: Model> Recorder<'_, M> {
     }
 
     fn trace(&self, last: bool) -> Trace<'_, M> {
-        Trace::new(self.model, self.time_step, self.parameters, last)
+        Trace::new(self.model, &self.time_step, self.parameters, last)
     }
 
     /// Which parameters any function depends on, including limits that plans enforce.

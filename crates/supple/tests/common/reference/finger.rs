@@ -133,16 +133,16 @@ pub fn costs() -> Vec<Cost> {
         row[i] = number(0.5);
     }
     for (i, j, weight) in [(0, 2, named(parameter::CROSS_WEIGHT)), (1, 3, number(0.05))] {
-        (matrix[i][j], matrix[j][i]) = (weight, weight);
+        (matrix[i][j], matrix[j][i]) = (weight.clone(), weight);
     }
-    let smoothing = named(parameter::FORCE_SMOOTHING);
+    let smoothing = ParameterHandle::at(parameter::FORCE_SMOOTHING);
     vec![
         Cost::new(State::new([0, 1]), 0.7)
             .with_targets([named(parameter::TARGET), number(0.1)])
             .with_final_weight(named(parameter::ANGLE_WEIGHT)),
         Cost::new(ContactForce::new(0).with_smoothing(smoothing), named(parameter::FORCE_WEIGHT))
             .with_targets([named(parameter::TARGET)])
-            .with_norm(Absolute { smoothing })
+            .with_norm(Absolute { smoothing: smoothing.into() })
             .with_final_weight(0.2),
         Cost::new(Penetration::new(1), 0.0).with_targets([0.05]).with_final_weight(1.5),
         Cost::new(Control::all(2), 0.2).with_norm(Absolute { smoothing: number(0.5) }),
@@ -164,12 +164,13 @@ pub fn task(steps: usize) -> Task {
         variances[place] = named(parameter);
         Covariance::Diagonal(variances)
     };
-    let variance = named(parameter::MEASUREMENT_VARIANCE);
-    let covariance = named(parameter::MEASUREMENT_COVARIANCE);
+    let [variance, covariance] =
+        [parameter::MEASUREMENT_VARIANCE, parameter::MEASUREMENT_COVARIANCE].map(ParameterHandle::at);
+    let measurement = [[variance, covariance], [covariance, variance]].map(|row| row.map(Value::from).into());
     let noise = NoiseModel {
         initial: diagonal(numbers(&[0.02, 0.03, 0.01, 0.0]), 3, parameter::INITIAL_VARIANCE),
         process: diagonal(numbers(&[1e-4, 0.0, 2e-3, 0.0]), 1, parameter::PROCESS_VARIANCE),
-        measurement: Covariance::Full(vec![vec![variance, covariance], vec![covariance, variance]]),
+        measurement: Covariance::Full(measurement.into()),
         varying: Vec::new(),
     };
     let start = vec![named(parameter::INITIAL_ANGLE), Value::Number(0.2), Value::Number(-0.1), Value::Number(0.4)];

@@ -58,7 +58,7 @@ impl Build<'_> {
                 index = self.add_actuator(name, dof, &file);
             }
             let actuator = index.map(|index| (index, &self.robot.actuators[index]));
-            let mut drive = self.drive(name, dof, actuator, &file)?;
+            let mut drive = self.drive(name, dof, actuator, file)?;
             let motor = compliance.iter().find(|element| element.kind.is_motor_of(dof));
             drive.motor = motor.map(|element| element.coordinate);
             drives.push(drive);
@@ -89,12 +89,12 @@ impl Build<'_> {
 
     /// Adds an actuator if the task gives the joint's drive a stiffness or damping; returns its index in the robot.
     fn add_actuator(&mut self, name: &str, dof: usize, file: &DriveFile) -> Option<usize> {
-        let initial = |value: Option<Value>| {
+        let initial = |value: Option<&Value>| {
             let phi = self.parameters.initial();
             let at = Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
-            at.value(value.unwrap_or_default())
+            value.map_or(0.0, |value| at.value(value))
         };
-        let law = match (file.kp, file.kv) {
+        let law = match (file.kp.as_ref(), file.kv.as_ref()) {
             (None, None) => return None,
             (None, kv) => Law::Velocity { kv: initial(kv) },
             (kp, kv) => Law::Position { kp: initial(kp), kv: initial(kv) },
@@ -147,18 +147,19 @@ impl Build<'_> {
         name: &str,
         dof: usize,
         actuator: Option<(usize, &Actuator)>,
-        file: &DriveFile,
+        file: DriveFile,
     ) -> Result<Drive, FileError> {
         let keys = |key: &'static str| ["drives".into(), Place::Key(name), key.into()];
-        let gear = file.gear.unwrap_or(Value::Number(actuator.map_or(1.0, |(_, actuator)| actuator.gear)));
-        self.check(&keys("rotor_inertia"), file.rotor_inertia, 0.0, false)?;
+        let DriveFile { gear, rotor_inertia: rotor, kp, kv } = file;
+        let gear = gear.unwrap_or(Value::Number(actuator.map_or(1.0, |(_, actuator)| actuator.gear)));
+        self.check(&keys("rotor_inertia"), &rotor, 0.0, false)?;
         if gear.is_zero() {
             return Err(self.error(&keys("gear"), "must not be 0: the drive would have no effect"));
         }
         let law = actuator.map(|(_, actuator)| actuator.law);
         for (key, given, fits) in [
-            ("kp", file.kp, matches!(law, Some(Law::Position { .. }))),
-            ("kv", file.kv, matches!(law, Some(Law::Position { .. } | Law::Velocity { .. }))),
+            ("kp", &kp, matches!(law, Some(Law::Position { .. }))),
+            ("kv", &kv, matches!(law, Some(Law::Position { .. } | Law::Velocity { .. }))),
         ] {
             let Some(value) = given else { continue };
             if !fits {
@@ -169,7 +170,7 @@ impl Build<'_> {
             }
             self.check(&keys(key), value, 0.0, false)?;
         }
-        let servo = actuator.map(|(index, actuator)| Servo::new(index, actuator, file));
-        Ok(Drive { dof, motor: None, gear, rotor: file.rotor_inertia, actuator: servo })
+        let actuator = actuator.map(|(index, actuator)| Servo::new(index, actuator, kp, kv));
+        Ok(Drive { dof, motor: None, gear, rotor, actuator })
     }
 }

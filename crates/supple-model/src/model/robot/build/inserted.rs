@@ -15,9 +15,9 @@ impl Build<'_> {
         for (index, inserted) in self.inserted.iter().enumerate() {
             let Inserted { link, mass, center, stiffness, damping, .. } = inserted;
             let keys = |key: &'static str| ["insert".into(), index.into(), key.into()];
-            self.check(&keys("mass"), *mass, 0.0, false)?;
+            self.check(&keys("mass"), mass, 0.0, false)?;
             for (key, values) in [("stiffness", stiffness), ("damping", damping)] {
-                values.iter().try_for_each(|&value| self.check(&keys(key), value, 0.0, false))?;
+                values.iter().try_for_each(|value| self.check(&keys(key), value, 0.0, false))?;
             }
             let is_constant = |value: &Value| matches!(value, Value::Number(_));
             if is_constant(mass) && center.iter().all(is_constant) {
@@ -25,7 +25,7 @@ impl Build<'_> {
             }
             let names: Vec<String> = self.robot.links.iter().map(|link| link.name.clone()).collect();
             let link = find("name", "link", link, &names).map_err(|unfit| self.unfit(&keys("name")[..2], unfit))?;
-            let (mass, center) = (Some(*mass), Some(*center));
+            let (mass, center) = (Some(mass.clone()), Some(center.clone()));
             overrides.push(Override::Link { link, mass, inertia_scale: None, center });
         }
         Ok(overrides)
@@ -35,9 +35,9 @@ impl Build<'_> {
     pub(super) fn inserted_springs(&self) -> Vec<Element> {
         let springs = self.inserted.iter().flat_map(|inserted| {
             let numbers = inserted.stiffness.iter().zip(&inserted.damping);
-            inserted.joints.iter().zip(numbers).filter_map(|(joint, (&stiffness, &damping))| {
+            inserted.joints.iter().zip(numbers).filter_map(|(joint, (stiffness, damping))| {
                 let dof = self.joints.iter().position(|other| other == joint)?;
-                let kind = Spring::new(dof, stiffness, damping).into();
+                let kind = Spring::new(dof, stiffness.clone(), damping.clone()).into();
                 Some((joint.clone(), kind))
             })
         });

@@ -114,7 +114,7 @@ impl Build<'_> {
     }
 
     /// Checks that a value is at least `least`, or above `least` if `more`.
-    fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
+    fn check(&self, keys: &[Place], value: &Value, least: f64, more: bool) -> Result<(), FileError> {
         match self.parameters.least(value) {
             Some(found) if found < least || more && found <= least => {
                 let valid = if more { "must be above" } else { "must be at least" };
@@ -137,16 +137,17 @@ impl Build<'_> {
             let message = format!("must be from 1 to 1000; found {}", file.substeps);
             return Err(self.error(&["substeps".into()], message));
         }
-        self.check(&["friction_smoothing".into()], file.friction_smoothing, 0.0, true)?;
+        self.check(&["friction_smoothing".into()], &file.friction_smoothing, 0.0, true)?;
         let frames = self.frames(file.frames)?;
         let mut overrides = self.inserted_numbers()?;
         overrides.extend(self.overrides(file.links, file.joints)?);
         let compliance = self.compliance()?;
         self.check_dependent_uses(&file.drives)?;
         let drives = self.drives(file.actuated, file.file_actuators, file.drives, &compliance)?;
+        let in_task = file.gravity.is_some();
         let gravity =
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
-        self.doubt_gravity(gravity, file.gravity.is_some());
+        self.doubt_gravity(&gravity, in_task);
         let mut robot = Robot {
             file: self.path.clone(),
             bodies: Bodies {
@@ -181,9 +182,9 @@ impl Build<'_> {
     }
 
     /// Warns of gravity, given in the task or by the robot's file, that seems to be in other units than m/s^2.
-    fn doubt_gravity(&mut self, gravity: [Value; 3], in_task: bool) {
+    fn doubt_gravity(&mut self, gravity: &[Value; 3], in_task: bool) {
         let phi = self.parameters.initial();
-        let gravity = gravity.map(|entry| entry.resolve::<f64>(&phi));
+        let gravity = gravity.each_ref().map(|entry| entry.resolve::<f64>(&phi));
         let size = dot(gravity, gravity).sqrt();
         if size <= MOST_GRAVITY {
             return;
@@ -203,7 +204,7 @@ impl Build<'_> {
         let at = crate::Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
         let mut numbers = robot.bodies.numbers(&at);
         for drive in robot.drives.iter().filter(|drive| drive.motor.is_none()) {
-            let felt = at.value(drive.gear).powi(2) * at.value(drive.rotor);
+            let felt = at.value(&drive.gear).powi(2) * at.value(&drive.rotor);
             numbers.joints[self.tree.joint_indices()[drive.dof]].armature += felt;
         }
         let q = vec![0.1; self.tree.dofs()];
