@@ -343,3 +343,25 @@ fn laws_for_the_cost_itself_are_not_softened_by_the_measurement() {
     // Where the sensor is sharp already, what it tells moves the estimate less than the noise it adds.
     assert!(sharp[0] < base[0]);
 }
+
+/// Sensitivities without a plan are told with one of the same sign that has one, and a greater one that has none.
+#[test]
+fn sensitivities_that_are_too_large_are_told_with_one_that_works() {
+    let problem = shipped("two_mass_small.toml");
+    let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+    let mut told = 0;
+    for wrong in [1e4, -1e10] {
+        let mut state = TaskState::new(task);
+        let Err(error) = state.evaluate(task, &phi, &settings(wrong), None) else { panic!("{wrong} has a plan") };
+        let said = error.to_string();
+        let advice = if wrong < 0.0 { "closer to 0" } else { "lower risk_sensitivity" };
+        assert!(said.contains(advice), "{said}");
+        let Some((works, fails)) = said.split_once(" has one, and ") else { continue };
+        let works: f64 = works.rsplit(' ').next().unwrap().parse().unwrap();
+        let fails: f64 = fails.split(' ').next().unwrap().parse().unwrap();
+        assert!(works.signum() == wrong.signum() && works.abs() < fails.abs() && fails.abs() <= wrong.abs(), "{said}");
+        assert!(state.evaluate(task, &phi, &settings(works), None).is_ok(), "{works}");
+        told += 1;
+    }
+    assert!(told > 0, "some sensitivity works");
+}
