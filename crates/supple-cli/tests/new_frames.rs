@@ -111,15 +111,20 @@ fn added_frames_are_where_links_end() {
 /// The end of a link whose file says what it looks like.
 #[test]
 fn added_frames_are_where_visual_shapes_end() {
-    let folder = Folder::new();
-    let shape = "<visual><origin xyz=\"0.15 0 0\"/><geometry><box size=\"0.3 0.1 0.1\"/></geometry></visual>";
-    let text =
-        arm(&["one", "two"], &["a", "b"], "").replace("<link name=\"two\">", &format!("<link name=\"two\">{shape}"));
-    std::fs::write(folder.path("arm.urdf"), text).unwrap();
-    assert_eq!(folder.run(&["new", "task", "--robot", "arm.urdf"]).code, Some(0));
-    let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
-    assert!(text.contains("this one is where the link's shape ends.\n[model.frames.tip]\non = \"two\""), "{text}");
-    assert!(text.contains("position = [0.3, 0.0, 0.0]"), "{text}");
+    // On the line from the joint through the centre of mass, and beside it.
+    for (aside, end) in [("0", "0.0"), ("0.2", "0.2")] {
+        let folder = Folder::new();
+        let shape = format!(
+            "<visual><origin xyz=\"0.15 {aside} 0\"/><geometry><box size=\"0.3 0.1 0.1\"/></geometry></visual>"
+        );
+        let text = arm(&["one", "two"], &["a", "b"], "")
+            .replace("<link name=\"two\">", &format!("<link name=\"two\">{shape}"));
+        std::fs::write(folder.path("arm.urdf"), text).unwrap();
+        assert_eq!(folder.run(&["new", "task", "--robot", "arm.urdf"]).code, Some(0));
+        let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
+        assert!(text.contains("this one is where the link's shape ends.\n[model.frames.tip]\non = \"two\""), "{text}");
+        assert!(text.contains(&format!("position = [0.3, {end}, 0.0]")), "{text}");
+    }
 }
 
 /// Joints with springs and without drives start where these hold them, however stiff.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::pose::dot;
+use crate::pose::{dot, sub};
 use crate::{Actuator, Key, Law, Omitted, Pose, Sensor, Wall};
 
 /// A tree of links and joints, as a file describes it.
@@ -100,7 +100,30 @@ impl Primitive {
     pub fn reach(&self, along: [f64; 3]) -> f64 {
         dot(self.pose.position, along) + self.solid.reach(self.pose.unrotate(along))
     }
+
+    /// Where it ends in a direction of length 1, in its link, m: straight from the origin of the link if that is on it, and
+    /// otherwise in the middle of the face, edge or end that is farthest.
+    ///
+    /// ```
+    /// use supple_robot::{Pose, Primitive, Solid};
+    ///
+    /// // A plate beside the origin of its link, and one above it.
+    /// let plate = |at| Primitive { solid: Solid::Box { size: [0.2, 0.2, 0.02] }, pose: Pose::at(at) };
+    /// assert_eq!(plate([0.3, 0.0, 0.1]).end([0.0, 0.0, 1.0]), [0.3, 0.0, 0.11]);
+    /// assert_eq!(plate([0.05, 0.0, 0.1]).end([0.0, 0.0, 1.0]), [0.0, 0.0, 0.11]);
+    /// ```
+    #[must_use]
+    pub fn end(&self, along: [f64; 3]) -> [f64; 3] {
+        let straight = along.map(|entry| self.reach(along) * entry);
+        match self.solid.holds(self.pose.unrotate(sub(straight, self.pose.position))) {
+            true => straight,
+            false => self.pose.apply(self.solid.end(self.pose.unrotate(along))),
+        }
+    }
 }
+
+/// How far beside a solid a point still counts as on it, m.
+const BESIDE: f64 = 1e-6;
 
 /// A solid about its own centre; lengths in m.
 ///
@@ -157,6 +180,49 @@ impl Solid {
             Self::Cylinder { radius, length } => radius * x.hypot(y) + 0.5 * length * z.abs(),
             Self::Capsule { radius, length } => radius + 0.5 * length * z.abs(),
             Self::Ellipsoid { radii: [a, b, c] } => (a * x).hypot(b * y).hypot(c * z),
+        }
+    }
+
+    /// Whether it holds a point, from its centre, m.
+    fn holds(self, [x, y, z]: [f64; 3]) -> bool {
+        let within = |length: f64, most: f64| length <= most + BESIDE;
+        match self {
+            Self::Box { size: [a, b, c] } => {
+                [(x, a), (y, b), (z, c)].into_iter().all(|(p, s)| within(p.abs(), 0.5 * s))
+            }
+            Self::Sphere { radius } => within(x.hypot(y).hypot(z), radius),
+            Self::Cylinder { radius, length } => within(x.hypot(y), radius) && within(z.abs(), 0.5 * length),
+            Self::Capsule { radius, length } => {
+                let beyond = (z.abs() - 0.5 * length).max(0.0);
+                within(x.hypot(y).hypot(beyond), radius)
+            }
+            Self::Ellipsoid { radii: [a, b, c] } => within((x / a).hypot(y / b).hypot(z / c), 1.0),
+        }
+    }
+
+    /// Where it ends in a direction of length 1, from its centre, m: in the middle of the face, edge or end that is farthest.
+    fn end(self, along: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = along;
+        // The half of a length towards an entry of the direction that is not much smaller than another.
+        let half = |length: f64, entry: f64, other: f64| {
+            if entry.abs() >= 0.5 * other { 0.5 * length * entry.signum() } else { 0.0 }
+        };
+        match self {
+            Self::Box { size: [a, b, c] } => {
+                let most = x.abs().max(y.abs()).max(z.abs());
+                [half(a, x, most), half(b, y, most), half(c, z, most)]
+            }
+            Self::Sphere { radius } => along.map(|entry| radius * entry),
+            Self::Cylinder { radius, length } => {
+                let aside = x.hypot(y);
+                let outwards = if aside >= 0.5 * z.abs() { radius / aside } else { 0.0 };
+                [outwards * x, outwards * y, half(length, z, aside)]
+            }
+            Self::Capsule { radius, length } => [radius * x, radius * y, radius * z + half(length, z, x.hypot(y))],
+            Self::Ellipsoid { radii } => {
+                let size = self.reach(along);
+                [0, 1, 2].map(|axis| radii[axis].powi(2) * along[axis] / size)
+            }
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use supple::design::DesignStatus;
 use supple_study::study::{Work, on_threads};
 use supple_study::sweep::Sweep;
 use supple_study::{Folder, JOURNAL, LoadedTask, Made, StudyError, StudyResult, forget, kept_parts};
@@ -38,8 +39,11 @@ pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>)
         return interrupted(sweep, output);
     }
     if let Some(text) = stopped(&result) {
-        let has_parts =
-            !matches!(&result, StudyResult::Design(report) if report.starts.iter().all(|start| start.interrupted));
+        let has_parts = match &result {
+            StudyResult::Design(report) => report.starts.iter().any(|start| !start.interrupted),
+            StudyResult::Trace(trace) => trace.runs.iter().any(|run| run.status != DesignStatus::Stopped),
+            _ => true,
+        };
         let resumes = match folder {
             Some(_) if !has_parts => "begins again",
             Some(_) => "resumes",

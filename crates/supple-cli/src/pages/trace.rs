@@ -60,6 +60,7 @@ pub fn stopped_trace(study: &Trace) -> Option<String> {
     let ended = study.runs.iter().filter(|run| run.status != DesignStatus::Stopped).count();
     let total = kinds(study).len() * study.options.starts;
     study.stopped.then(|| {
+        let ended = if ended == 0 { "none".to_owned() } else { ended.to_string() };
         format!("stopped: {ended} of {total} searches had finished; unfinished searches are stored up to this point")
     })
 }

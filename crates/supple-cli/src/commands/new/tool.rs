@@ -178,17 +178,18 @@ impl Tool {
         }
         let along = towards.map(|entry| entry / size);
         let primitives = &robot.links[link].primitives;
-        let shown = primitives.iter().map(|primitive| primitive.reach(along)).max_by(f64::total_cmp);
+        let shown = primitives.iter().max_by(|one, other| one.reach(along).total_cmp(&other.reach(along)));
         let moment = inertia.moment;
         let turned: f64 = (0..3).map(|i| along[i] * dot(moment[i], along)).sum();
         let spread = (0.5 * (moment[0][0] + moment[1][1] + moment[2][2]) - turned).max(0.0) / inertia.mass;
         let rod = dot(inertia.center, along) + (3.0 * spread).sqrt();
-        let (length, at) = shown.map_or((rod, End::OfRod), |shown| (shown, End::OfShapes));
-        if length < SAME {
+        let of_rod = (along.map(|entry| rod * entry), End::OfRod);
+        let (end, at) = shown.map_or(of_rod, |shown| (shown.end(along), End::OfShapes));
+        if dot(end, along) < SAME {
             return Self::named(&on);
         }
         // Without the sign of a 0.
-        let position = along.map(|entry| significant(length * entry, 4) + 0.0);
+        let position = end.map(|entry| significant(entry, 4) + 0.0);
         let taken = |name: &str| robot.frame(name).is_some() || robot.joints.iter().any(|joint| joint.name == name);
         let mut names = std::iter::once("tip".to_owned()).chain((2..).map(|number| format!("tip_{number}")));
         let frame = names.find(|name| !taken(name)).unwrap_or_default();
