@@ -56,7 +56,8 @@ impl Hessian {
     }
 
     /// Sets gains and blocks for a trajectory: those of the Lagrangian's Hessian with the given costates where it is
-    /// positive definite, otherwise those of the Gauss-Newton one, whichever curvature its expected cost has. `shift` is added to the blocks.
+    /// positive definite, otherwise those of the Gauss-Newton one, whichever curvature its expected cost has. `shift` is added to
+    /// the blocks.
     ///
     /// # Errors
     /// Where neither is positive definite.
