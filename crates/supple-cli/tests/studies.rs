@@ -92,7 +92,7 @@ fn a_stopped_study_resumes_to_the_same_file() {
     let folder = Folder::new();
     std::fs::copy(repository("tasks/two_mass.toml"), folder.path("task.toml")).unwrap();
     let kind = ["--method", "sqp", "--gradient", "total"];
-    let words = [&["trace", "task.toml", "--starts", "50", "--seed", "2", "--out", "out"][..], &kind].concat();
+    let words = [&["trace", "task.toml", "--starts", "200", "--seed", "2", "--out", "out"][..], &kind].concat();
     let page = folder.run(&words);
     assert_eq!(page.code, Some(0), "{page:?}");
     assert!(!folder.path("out/journal.redb").exists(), "a complete study has nothing to resume");
