@@ -397,6 +397,7 @@ fn tendons_that_exert_forces_are_told() {
     assert_eq!(with("", "stiffness='200' springlength='0.9'"), said("spring (`stiffness`)"));
     assert_eq!(with("damping='1'", ""), said("damper (`damping`)"));
     assert_eq!(with("", "range='0 0.3'"), said("limit (`range`)"));
+    assert_eq!(with("range='0 0.3'", "limited='false'"), Vec::<String>::new());
     for still in ["", "range='0 0.3' limited='false'", "stiffness='0' damping='0 0 0'"] {
         assert_eq!(with("", still), Vec::<String>::new(), "{still}");
     }

@@ -100,12 +100,11 @@ fn leave_out_tendons(root: Element, section: Element, warnings: &mut Warnings) -
         of_tendons.extend(default.all("tendon"));
         defaults.extend(default.all("default"));
     }
+    let is_unlimited = |at: &Element| at.attribute("limited").is_some_and(|word| word.trim() == "false");
     let exerts = |at: &Element, what: &str| {
         Ok::<_, FileError>(match what {
-            // A range limits unless the tendon says that it does not; springs may be given by two numbers.
-            "range" => {
-                at.attribute("range").is_some() && at.attribute("limited").is_none_or(|word| word.trim() != "false")
-            }
+            // A range limits unless the file says that it does not; springs may be given by two numbers.
+            "range" => at.attribute("range").is_some() && !is_unlimited(at),
             _ => at.list(what)?.is_some_and(|numbers| numbers.iter().any(|&number| number != 0.0)),
         })
     };
@@ -117,7 +116,7 @@ fn leave_out_tendons(root: Element, section: Element, warnings: &mut Warnings) -
             for default in &of_tendons {
                 found |= exerts(default, what)?;
             }
-            if found {
+            if found && !(what == "range" && is_unlimited(&tendon)) {
                 warnings.leave_out_force(&format!("tendon {what}"), tendon, || {
                     let name = tendon.attribute("name").map_or_else(String::new, |name| format!(" {}", shown(name)));
                     format!("tendon{name} is left out, with its {means} (`{what}`)")
