@@ -98,7 +98,12 @@ fn a_study_stopped_before_it_found_anything_keeps_nothing() {
     let folder = Folder::new();
     let task = repository("tasks/wiping_arm.toml").display().to_string();
     let child = start(&folder, &["pareto", &task, "--points", "200", "--out", "out"]);
-    std::thread::sleep(Duration::from_millis(300));
+    // It has begun, and the first point takes longer than this.
+    let clock = Instant::now();
+    while !folder.path("out/journal.redb").exists() {
+        assert!(clock.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(5));
+    }
     let (run, took) = ended("-TERM", child);
     assert_eq!(run.code, Some(1), "{run:?}");
     assert!(run.stderr.contains("stopped; no result was stored") && took < SOON, "{took:?} {run:?}");
