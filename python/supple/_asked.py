@@ -20,6 +20,8 @@ __all__ += ["changed", "check_out", "designs_of", "finite", "logged", "pairs", "
 LOGGER = logging.getLogger("supple")
 # The largest whole number of the native part.
 MOST_COUNT = 2**64 - 1
+# Threads or processes of a study on this machine, at most.
+MOST_WORKERS = 1024
 
 # Arguments of the native part: axes, one axis, and designs by name with values.
 Vary = tuple[str, str | list[float]]

@@ -24,6 +24,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Union
 
 from . import _units
+from ._asked import MOST_WORKERS
 from ._supple import __version__, instructions
 from .errors import UsageError, WorkerError
 
@@ -80,10 +81,6 @@ Keep = Callable[[Done], None]
 Shown = Callable[[int], None]
 
 
-# Processes of this machine, at most.
-MOST_PROCESSES = 1024
-
-
 class Crew:
     """The workers of an executor, for the duration of one study; recreates executors if possible."""
 
@@ -95,7 +92,7 @@ class Crew:
         if isinstance(workers, Executor):
             self._executor = workers
             return
-        if isinstance(workers, int) and not isinstance(workers, bool) and 1 <= workers <= MOST_PROCESSES:
+        if isinstance(workers, int) and not isinstance(workers, bool) and 1 <= workers <= MOST_WORKERS:
             count = workers
             # Forked processes would inherit locks and open files of this process.
             spawn = multiprocessing.get_context("spawn")
@@ -103,9 +100,7 @@ class Crew:
         elif callable(workers):
             self._make = workers
         else:
-            valid = (
-                f"an executor, a number of processes from 1 to {MOST_PROCESSES}, or a function that makes an executor"
-            )
+            valid = f"an executor, a number of processes from 1 to {MOST_WORKERS}, or a function that makes an executor"
             raise UsageError(f"executor={workers!r}: {valid}")
         self._executor = self._make()
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from . import _html
 from ._arrays import finite_array
 from ._asked import (
+    MOST_WORKERS,
     axis_values,
     bound_points,
     changed,
@@ -53,8 +54,6 @@ Gradient = Literal["total", "frozen", "both"]
 
 METHODS = ("sqp", "cobyla", "barrier")
 GRADIENTS = ("total", "frozen")
-# Threads, at most.
-MOST_JOBS = 1024
 
 
 class Task:
@@ -356,8 +355,8 @@ class Task:
             **parameters: Values of parameters that are not on an axis.
         """
         check_counts(rollouts=rollouts, starts=starts, branches=branches, seed=seed)
-        if jobs is not None and not 1 <= jobs <= MOST_JOBS:
-            raise UsageError(f"jobs={jobs}: must be at least 1 and at most {MOST_JOBS}")
+        if jobs is not None and not 1 <= jobs <= MOST_WORKERS:
+            raise UsageError(f"jobs={jobs}: must be at least 1 and at most {MOST_WORKERS}")
         if jobs is not None and executor is not None:
             raise UsageError("jobs sets threads of this process and executor has its own workers: give only one")
         task = self.at(at, **parameters)

@@ -1,6 +1,6 @@
 //! Contacts along a plan: every contact of the model along the nominal trajectory.
 
-use supple_model::{ContactReport, ContactState, Trajectory, WantedDepth, WantedForce};
+use supple_model::{Contact, ContactReport, ContactState, Trajectory, WantedDepth, WantedForce};
 
 use crate::problem::Task;
 use supple_text::short;
@@ -53,9 +53,13 @@ const GRAZING: f64 = 0.1;
 /// Example: [`contact_reports`].
 #[must_use]
 pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
-    let missed = |wanted: WantedForce| {
+    let contacts = task.system.contacts();
+    if contacts.is_empty() {
+        return Vec::new();
+    }
+    let missed = |wanted: &WantedForce| {
         let report = reports.get(wanted.contact)?;
-        let WantedForce { cost, kind, target, .. } = wanted;
+        let &WantedForce { cost, kind, target, .. } = wanted;
         if report.touches && target >= 0.0 {
             return (report.peak_force < GRAZING * target).then(|| {
                 format!(
@@ -88,17 +92,18 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
             short(report.least_clearance_m, 3),
         ))
     };
-    let mut warnings: Vec<String> = task.system.wanted_forces(phi).into_iter().filter_map(missed).collect();
-    warnings.extend(apart_warnings(task, phi, reports));
-    warnings.extend(deep_warnings(task, phi, reports));
-    warnings.extend(sunk_warnings(task, phi, reports));
+    let wanted = task.system.wanted_forces(phi);
+    let start = task.system.contact_states(&task.first_state(phi), phi);
+    let mut warnings: Vec<String> = wanted.iter().filter_map(missed).collect();
+    warnings.extend(apart_warnings(task, phi, &wanted, reports));
+    warnings.extend(deep_warnings(task, &contacts, &start, &wanted, reports));
+    warnings.extend(sunk_warnings(task, &start, reports));
     warnings
 }
 
 /// A warning for each cost that asks for a surface, or a depth inside, which the plan never reaches; not where a cost wants a
 /// force, which is told already.
-fn apart_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
-    let forces = task.system.wanted_forces(phi);
+fn apart_warnings(task: &Task, phi: &[f64], forces: &[WantedForce], reports: &[ContactReport]) -> Vec<String> {
     let missed = |wanted: WantedDepth| {
         if forces.iter().any(|force| force.contact == wanted.contact) {
             return None;
@@ -126,14 +131,15 @@ const MORE: f64 = 2.0;
 const FAR_MORE: f64 = 10.0;
 
 /// A warning for each contact that is deep inside its wall at the start.
-fn deep_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
-    if task.system.contacts().is_empty() {
-        return Vec::new();
-    }
-    let start = task.first_state(phi);
-    let wanted = task.system.wanted_forces(phi);
-    let deep = |(contact, state): (usize, ContactState)| {
-        let name = task.system.contacts().get(contact)?.name.clone();
+fn deep_warnings(
+    task: &Task,
+    contacts: &[Contact],
+    start: &[ContactState],
+    wanted: &[WantedForce],
+    reports: &[ContactReport],
+) -> Vec<String> {
+    let deep = |(contact, state): (usize, &ContactState)| {
+        let name = &contacts.get(contact)?.name;
         let targets = wanted.iter().filter(|wanted| wanted.contact == contact).map(|wanted| wanted.target);
         let target = targets.fold(0.0, f64::max);
         let kept = reports.get(contact).map_or(0.0, |report| report.mean_force * report.share_of_time);
@@ -165,16 +171,13 @@ fn deep_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<Str
             )
         })
     };
-    task.system.contact_states(&start, phi).into_iter().enumerate().filter_map(deep).collect()
+    start.iter().enumerate().filter_map(deep).collect()
 }
 
 /// A warning for each contact whose body sinks into the wall by more than its radius along the plan: its centre is beyond the
 /// surface.
-fn sunk_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
-    if reports.is_empty() {
-        return Vec::new();
-    }
-    let sunk = |(state, report): (ContactState, &ContactReport)| {
+fn sunk_warnings(task: &Task, start: &[ContactState], reports: &[ContactReport]) -> Vec<String> {
+    let sunk = |(state, report): (&ContactState, &ContactReport)| {
         let depth = -report.least_clearance_m;
         (state.radius > 0.0 && depth > state.radius).then(|| {
             format!(
@@ -187,8 +190,7 @@ fn sunk_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<Str
             )
         })
     };
-    let states = task.system.contact_states(&task.first_state(phi), phi);
-    states.into_iter().zip(reports).filter_map(sunk).collect()
+    start.iter().zip(reports).filter_map(sunk).collect()
 }
 
 /// Whether a trajectory never makes some contact at which a cost tracks a force.

@@ -70,18 +70,12 @@ impl Hessian {
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
         let (plan, system) = (&centre.plan, &*task.system);
-        let at = plan.trajectory.points();
         self.shift = shift;
-        if plan.curvature == Curvature::Exact {
-            self.cost.copy_from(&plan.knots.cost);
-            system.add_dynamics_curvature(at, phi, costates, &mut self.cost, scratch);
-        } else {
-            self.cost.clear();
-            system.lagrangian_quadratics(at, phi, costates, &mut self.cost, scratch);
-        }
+        plan.lagrangian_hessian(system, phi, costates, &mut self.cost, scratch);
         let dynamics = &plan.knots.dynamics;
         if self.factorise(dynamics).is_err() {
             self.cost.clear();
+            let at = plan.trajectory.points();
             system.cost_quadratics(at, phi, Curvature::GaussNewton, &mut self.cost, scratch);
             self.factorise(dynamics)?;
         }

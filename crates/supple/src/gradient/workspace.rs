@@ -5,7 +5,7 @@ use supple_lqg as lqg;
 use supple_lqg::{
     BeliefAdjoint, Dimensions, KnotAdjoints, Lq, Noise, Policy, Regularisation, RiccatiAdjoint, solve_limited, solve_lq,
 };
-use supple_model::system::{Constraints, Curvature, System};
+use supple_model::system::{Constraints, System};
 
 use crate::Error;
 use crate::plan::Plan;
@@ -78,18 +78,12 @@ impl GradientWorkspace {
         limits: Option<&dyn Constraints>,
         scratch: &mut Scratch,
     ) {
-        let (hessian, at) = (&mut self.hessian, plan.trajectory.points());
+        let hessian = &mut self.hessian;
         if !self.known {
-            // The trajectory is a minimum of the cost itself, whichever curvature its control law was computed with.
-            if plan.curvature == Curvature::Exact {
-                hessian.copy_from(&plan.knots.cost);
-                system.add_dynamics_curvature(at, phi, &plan.costates, hessian, scratch);
-            } else {
-                hessian.clear();
-                system.lagrangian_quadratics(at, phi, &plan.costates, hessian, scratch);
-            }
+            // The trajectory is a minimum of the cost itself.
+            plan.lagrangian_hessian(system, phi, &plan.costates, hessian, scratch);
             if let Some(limits) = limits {
-                limits.add_excess_curvature(at, phi, &plan.multipliers, hessian, scratch);
+                limits.add_excess_curvature(plan.trajectory.points(), phi, &plan.multipliers, hessian, scratch);
             }
             self.known = true;
         }

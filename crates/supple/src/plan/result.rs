@@ -1,9 +1,9 @@
 //! Results of planning.
 
-use supple_kernels::Matrices;
+use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{Dimensions, Knots, Policy};
 use supple_model::Trajectory;
-use supple_model::system::Curvature;
+use supple_model::system::{Curvature, System};
 
 use super::{PlanMode, PlanStatus};
 
@@ -83,6 +83,26 @@ impl Plan {
             penalties: Vec::new(),
             growths: 0,
             control_slopes: Matrices::vectors(steps, dimensions.controls),
+        }
+    }
+
+    /// The second derivatives of the Lagrangian with these costates, of the cost itself, whichever curvature the control law was
+    /// computed with.
+    pub(crate) fn lagrangian_hessian(
+        &self,
+        system: &dyn System,
+        phi: &[f64],
+        costates: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let at = self.trajectory.points();
+        if self.curvature == Curvature::Exact {
+            out.copy_from(&self.knots.cost);
+            system.add_dynamics_curvature(at, phi, costates, out, scratch);
+        } else {
+            out.clear();
+            system.lagrangian_quadratics(at, phi, costates, out, scratch);
         }
     }
 

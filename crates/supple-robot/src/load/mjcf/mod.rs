@@ -64,11 +64,11 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
         let tag = section.tag();
         if SECTIONS_IGNORED.contains(&tag) {
             warnings.ignore(section);
-            leave_out_tendons(root, section, &mut warnings)?;
         } else if !SECTIONS.contains(&tag) && !SECTIONS_PASSED.contains(&tag) {
             warnings.unknown(section, &[&SECTIONS[..], &SECTIONS_IGNORED].concat());
         }
     }
+    leave_out_tendons(root, &mut warnings)?;
     let settings = Settings::read(root)?;
     let gravity = gravity(root, &mut warnings)?;
     let classes = Classes::read(root, &mut warnings)?;
@@ -88,18 +88,16 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
     Ok(robot)
 }
 
-/// Reports the tendons of a section that exert forces: they have a spring, a damper, friction or a limit, of their own or by a
+/// Ways in which a tendon exerts forces: its attribute, and what that means.
+const TENDON_FORCES: [(&str, &str); 4] =
+    [("stiffness", "spring"), ("damping", "damper"), ("frictionloss", "friction"), ("range", "limit")];
+
+/// Reports the tendons that exert forces: they have a spring, a damper, friction or a limit, of their own or by a
 /// default of the file.
 ///
 /// # Errors
 /// Where one of these is not a number.
-fn leave_out_tendons(root: Element, section: Element, warnings: &mut Warnings) -> Result<(), FileError> {
-    let mut defaults: Vec<Element> = root.all("default").collect();
-    let mut of_tendons = Vec::new();
-    while let Some(default) = defaults.pop() {
-        of_tendons.extend(default.all("tendon"));
-        defaults.extend(default.all("default"));
-    }
+fn leave_out_tendons(root: Element, warnings: &mut Warnings) -> Result<(), FileError> {
     let is_unlimited = |at: &Element| at.attribute("limited").is_some_and(|word| word.trim() == "false");
     let exerts = |at: &Element, what: &str| {
         Ok::<_, FileError>(match what {
@@ -108,14 +106,24 @@ fn leave_out_tendons(root: Element, section: Element, warnings: &mut Warnings) -
             _ => at.list(what)?.is_some_and(|numbers| numbers.iter().any(|&number| number != 0.0)),
         })
     };
-    for tendon in section.children().filter(|at| matches!(at.tag(), "fixed" | "spatial")) {
-        for (what, means) in
-            [("stiffness", "spring"), ("damping", "damper"), ("frictionloss", "friction"), ("range", "limit")]
-        {
-            let mut found = exerts(&tendon, what)?;
-            for default in &of_tendons {
-                found |= exerts(default, what)?;
+    let tendons = root.all("tendon").flat_map(Element::children);
+    let tendons: Vec<Element> = tendons.filter(|at| matches!(at.tag(), "fixed" | "spatial")).collect();
+    if tendons.is_empty() {
+        return Ok(());
+    }
+    let mut by_default = [false; TENDON_FORCES.len()];
+    let mut defaults: Vec<Element> = root.all("default").collect();
+    while let Some(default) = defaults.pop() {
+        for tendon in default.all("tendon") {
+            for (found, (what, _)) in by_default.iter_mut().zip(TENDON_FORCES) {
+                *found |= exerts(&tendon, what)?;
             }
+        }
+        defaults.extend(default.all("default"));
+    }
+    for tendon in tendons {
+        for ((what, means), by_default) in TENDON_FORCES.into_iter().zip(by_default) {
+            let found = exerts(&tendon, what)? || by_default;
             if found && !(what == "range" && is_unlimited(&tendon)) {
                 warnings.leave_out_force(&format!("tendon {what}"), tendon, || {
                     let name = tendon.attribute("name").map_or_else(String::new, |name| format!(" {}", shown(name)));
