@@ -14,6 +14,7 @@ __all__ = [
     "ControllerReport",
     "CostCurve",
     "CostReport",
+    "CostTerm",
     "Estimate",
     "FinerSteps",
     "FrozenGradient",
@@ -30,12 +31,53 @@ __all__ = [
     "SampleRun",
     "Split",
     "Stability",
+    "TargetReport",
     "TaskReport",
     "TotalGradient",
     "TouchShare",
     "TrajectoryReport",
     "Trust",
 ]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TargetReport(Record):
+    """A number that a cost weighs, along the plan without noise.
+
+    Attributes:
+        name: Its name.
+        unit: Its unit; empty where there is none.
+        target: What it should be.
+        start: At step 0.
+        mean: Mean over all steps.
+        end: At step N, or N - 1 if it depends on the control.
+        in_final_cost: Whether the final cost weighs it.
+    """
+
+    name: str
+    unit: str
+    target: float
+    start: float
+    mean: float
+    end: float
+    in_final_cost: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CostTerm(Record):
+    """A term of the cost along the plan without noise.
+
+    Attributes:
+        name: Its place among the costs of the task, from 1, and its kind: ``2 contact_force``.
+        stages: Its cost in stages 0 to N - 1.
+        last: Its cost at the end.
+        targets: The numbers that it weighs, by name; empty if they are not known.
+    """
+
+    name: str
+    stages: float
+    last: float
+    targets: dict[str, TargetReport] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,6 +90,7 @@ class CostReport(Record):
         belief: Cost of estimation error, ``1/2 sum Tr(Xi Sigma)``.
         process: Cost of process noise, ``1/2 sum Tr(S W)``.
         initial: Cost of initial uncertainty, ``1/2 Tr(S_0 X_0)``.
+        terms: The terms of the nominal cost by name, in the order of the costs of the task; empty if the model has one cost.
         second_order: The expected cost with the second derivatives of dynamics and cost, to second order in deviations;
             ``None`` without roll-outs, at limits of quantities, and for plans that are not nominal.
         bound: The cost limit; ``None`` if there is none.
@@ -64,6 +107,7 @@ class CostReport(Record):
     bound: float | None
     belief_per_step: Array
     value_of_information_per_step: Array
+    terms: dict[str, CostTerm] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -122,6 +122,15 @@ def test_contacts_are_typed_records_by_name(best: supple.Design, task: supple.Ta
     assert (sweep.table["press.wall.share_of_time"] > 0).all() and (sweep.table["press.misses_contact"] == 0).all()
 
 
+def test_terms_of_the_cost_are_typed_records_by_name(best: supple.Design) -> None:
+    cost = best.tasks["press"].cost
+    assert sum(term.stages + term.last for term in cost.terms.values()) == pytest.approx(cost.nominal, rel=1e-12)
+    force = cost.terms["1 contact_force"].targets["smoothed normal force"]
+    assert (force.target, force.unit, force.in_final_cost) == (10.0, "N", True) and 7.0 < force.mean < force.end < 10.0
+    assert cost.terms["3 control"].targets["u"].in_final_cost is False
+    assert cost.to_dict()["terms"][0]["name"] == "1 contact_force"
+
+
 def test_a_contact_that_is_missed_is_a_warning(tmp_path: Path) -> None:
     text = Path("tasks/two_mass.toml").read_text()
     idle = tmp_path / "idle.toml"

@@ -15,6 +15,7 @@ mod progress;
 mod split;
 mod tables;
 mod template;
+mod terms;
 mod trust;
 
 use std::process::ExitCode;

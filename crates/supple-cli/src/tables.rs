@@ -89,6 +89,19 @@ fn fitted(table: &Table, width: usize) -> String {
 /// Minimum width of a wrapped column.
 const ENOUGH: usize = 20;
 
+/// Lines of one list that are printed at most.
+const MOST_LINES: usize = 12;
+
+/// The first lines of a list, and how many more there are.
+pub(crate) fn first_lines(lines: impl ExactSizeIterator<Item = String>) -> String {
+    let more = lines.len().saturating_sub(MOST_LINES);
+    let mut text: String = lines.take(MOST_LINES).collect();
+    if more > 0 {
+        text += &format!("    and {more} more, which `--json` lists\n");
+    }
+    text
+}
+
 pub(crate) fn table(header: &[&str]) -> Rows {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING).set_header(header);

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Folder, TWO_MASS, edited};
+use common::{Folder, TWO_MASS, edited, repository};
 
 /// The weights of force and depth so small that the plan stays where it is; little to search.
 fn idle() -> Folder {
@@ -44,6 +44,30 @@ fn evaluate_shows_what_the_plan_touches() {
     assert_eq!((last, contact["last_s"].as_f64()), ("2.5", Some(2.5)));
     assert!(row.contains(&share), "{share} is not in {row}");
     assert_eq!(found["tasks"][0]["warnings"].as_array().map(Vec::len), Some(0));
+}
+
+#[test]
+fn evaluate_shows_what_became_of_targets_and_points_out_those_that_are_missed() {
+    let text = std::fs::read_to_string(repository("tasks/wiping_arm.toml")).unwrap();
+    let text = text.replace("../models", repository("models").to_str().unwrap());
+    let told = |text: &str| {
+        let folder = Folder::with_task(text);
+        let run = folder.run(&["evaluate", "task.toml", "--rollouts", "0"]);
+        let (code, page) = run.quiet();
+        assert_eq!(code, Some(0));
+        page.to_owned()
+    };
+    let as_shipped = told(&text);
+    let row = as_shipped.lines().find(|line| line.contains("2 frame_point")).unwrap();
+    assert!(row.contains("y of pad, m") && row.contains(" 0.1 ") && row.contains(" 0.0955"), "{row}");
+    assert!(!as_shipped.contains("on its way"), "{as_shipped}");
+
+    // With weights that are too low, the pad hardly moves along the wall.
+    let (weak, page) = ("weight = 0.1\nfinal_weight = 20.0\n", "weight = 10.0\nfinal_weight = 2000.0\n");
+    assert!(text.contains(page));
+    let missed = told(&text.replace(page, weak));
+    let line = "`y of pad` of cost 2 frame_point ends at -0.08";
+    assert!(missed.contains(line) && missed.contains("on its way from -0.0999"), "{missed}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use super::ends::at_bounds;
 use super::evaluation::{above_limit, excess, left_lines, limit_lines, minima, prices, reached_lines};
 use super::next;
 use crate::tables::{Rows, align_right, heading, number, percent, signed, table};
-use crate::{catalogue, contacts, informations, split, trust};
+use crate::{catalogue, contacts, informations, split, terms, trust};
 
 /// How far a stopped search got; `None` if it was not stopped.
 pub fn stopped_design(report: &DesignReport) -> Option<String> {
@@ -53,6 +53,10 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     for task in optimum.tasks.iter().filter(|task| !task.contacts.is_empty()) {
         let _ = writeln!(page, "Contacts of {}:\n{}\n", task.name, contacts::table_of(task));
         page.push_str(&contacts::apart(task));
+    }
+    let missed: String = optimum.tasks.iter().map(terms::missed).collect();
+    if !missed.is_empty() {
+        let _ = writeln!(page, "{missed}");
     }
     for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
         let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));

@@ -10,8 +10,8 @@ use supple_study::About;
 use supple_study::design::DesignReport;
 
 use super::next;
-use crate::tables::{Rows, align_right, heading, number, signed, table, with_unit};
-use crate::{contacts, informations, trust};
+use crate::tables::{Rows, align_right, first_lines, heading, number, signed, table, with_unit};
+use crate::{contacts, informations, terms, trust};
 use supple_text::{saves, short};
 
 /// The page of `supple evaluate`.
@@ -62,6 +62,9 @@ fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
     }
     if task.stability.numerically_unstable {
         let _ = writeln!(page, "  {}\n", task.stability);
+    }
+    if let Some(rows) = terms::table_of(task) {
+        let _ = writeln!(page, "{}{}", rows.trimmed(), terms::missed(task));
     }
     if !task.contacts.is_empty() {
         let _ = writeln!(page, "{}\n{}", contacts::table_of(task), contacts::apart(task));
@@ -175,19 +178,6 @@ pub(super) fn left_lines(task: &TaskEvaluation) -> String {
     };
     let exceeded: Vec<_> = task.monte_carlo.iter().flat_map(MonteCarlo::limits_exceeded).collect();
     first_lines(exceeded.into_iter().map(line))
-}
-
-/// Lines of one list that are printed at most.
-const MOST_LINES: usize = 12;
-
-/// The first lines of a list, and how many more there are.
-fn first_lines(lines: impl ExactSizeIterator<Item = String>) -> String {
-    let more = lines.len().saturating_sub(MOST_LINES);
-    let mut text: String = lines.take(MOST_LINES).collect();
-    if more > 0 {
-        text += &format!("    and {more} more, which `--json` lists\n");
-    }
-    text
 }
 
 /// How far a cost is above its bound, also relative to a bound that is not 0.

@@ -25,6 +25,7 @@ mod norms;
 mod quadratic;
 mod read;
 mod square;
+mod target;
 
 pub use crate::document::NoKeys;
 pub use absolute::Absolute;
@@ -34,6 +35,7 @@ pub use norms::Norms;
 pub use read::schemas;
 pub use read::{kinds, read};
 pub use square::Quadratic;
+pub use target::Target;
 
 /// The name in files of the cost `x'Qx + u'Ru`.
 const QUADRATIC: &str = "quadratic";
@@ -66,6 +68,16 @@ impl Weights {
     #[must_use]
     pub fn are_zero(&self) -> bool {
         self.iter().all(|weight| weight.is_zero())
+    }
+
+    /// Whether any weight of an entry is non-zero at `phi`.
+    pub(crate) fn weighs(&self, entry: usize, phi: &[f64]) -> bool {
+        let is_weighed = |weight: &Value| weight.resolve::<f64>(phi) != 0.0;
+        match self {
+            Self::Equal(weight) => is_weighed(weight),
+            Self::Each(weights) => weights.get(entry).is_some_and(is_weighed),
+            Self::Matrix(rows) => rows.get(entry).is_some_and(|row| row.iter().any(is_weighed)),
+        }
     }
 
     /// Multiplies every weight by a value.
@@ -171,6 +183,19 @@ impl Cost {
     #[must_use]
     pub fn counts(&self, phi: &[f64]) -> bool {
         !(self.stage.are_zero_at(phi) && self.last.are_zero_at(phi))
+    }
+
+    /// The entries of its quantity that any of its weights counts at `phi`.
+    #[must_use]
+    pub fn weighed(&self, phi: &[f64]) -> Vec<usize> {
+        let is_weighed = |&entry: &usize| self.stage.weighs(entry, phi) || self.last.weighs(entry, phi);
+        (0..self.targets.len()).filter(is_weighed).collect()
+    }
+
+    /// Whether an entry of its quantity depends on the control.
+    pub(crate) fn of_control(&self, entry: usize) -> bool {
+        let states = self.quantity.as_kind::<StateAndControl>().map_or(0, StateAndControl::states);
+        entry >= states && self.quantity.depends_on_control()
     }
 
     /// The signals with a non-zero target, by index, and their targets.

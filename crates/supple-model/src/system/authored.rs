@@ -14,7 +14,7 @@ use super::substeps::{Step, step_repeatedly};
 use super::trace::{residuals, source, substeps, values};
 use super::{Adjoints, Constraints, Curvature, Points, System, Times, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedDepth, WantedForce};
-use crate::cost::Cost;
+use crate::cost::{Cost, Target};
 use crate::followed::{self, Followed, FollowedNumber};
 use crate::quantity::{Measurable, Penetration, Quantity, Vocabulary};
 use crate::scene::Seen;
@@ -425,6 +425,29 @@ impl<M: Model> System for Authored<M> {
             terms.push(self.model.own_norm(&residual, phi, time_step, last));
         }
         terms
+    }
+
+    fn targets(&self, phi: &[f64]) -> Vec<Target> {
+        let of_cost = |(index, cost): (usize, &Cost)| {
+            let channels = cost.quantity.channels(self.vocabulary());
+            let target = |entry: usize| Target {
+                cost: index,
+                channel: channels[entry].clone(),
+                value: cost.targets[entry].resolve(phi),
+                in_final_cost: cost.last.weighs(entry, phi),
+                depends_on_control: cost.of_control(entry),
+            };
+            cost.weighed(phi).into_iter().map(target).collect::<Vec<_>>()
+        };
+        self.costs.iter().enumerate().flat_map(of_cost).collect()
+    }
+
+    fn weighed(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Vec<f64> {
+        let quantities: Vec<&Quantity> = self.costs.iter().map(|cost| &cost.quantity).collect();
+        let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
+        let values = values(&self.model, &quantities, &at, None);
+        let of_cost = |(cost, values): (&Cost, Vec<f64>)| cost.weighed(phi).into_iter().map(move |entry| values[entry]);
+        self.costs.iter().zip(values).flat_map(of_cost).collect()
     }
 
     fn followed(&self, phi: &[f64]) -> Vec<FollowedNumber> {

@@ -7,6 +7,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{Dimensions, KnotAdjoints};
 
 use crate::contacts::{Contact, ContactState, WantedDepth, WantedForce};
+use crate::cost::Target;
 use crate::followed::FollowedNumber;
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
@@ -156,6 +157,16 @@ pub trait System: Send + Sync {
 
     /// The terms of the cost at a stage, or at the end, in the order of [`System::cost_names`].
     fn cost_terms(&self, _x: &[f64], _u: &[f64], _phi: &[f64], _last: bool) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The numbers that costs weigh at `phi`, and what they should be; empty if they are not known.
+    fn targets(&self, _phi: &[f64]) -> Vec<Target> {
+        Vec::new()
+    }
+
+    /// Those numbers at a point, in the order of [`System::targets`].
+    fn weighed(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 

@@ -19,6 +19,7 @@ mod robustness;
 mod sensitivities;
 mod sensors;
 mod series;
+mod terms;
 mod trajectories;
 mod warnings;
 
@@ -37,11 +38,12 @@ pub struct Kind {
 }
 
 /// All kinds, in the order of the page.
-pub const KINDS: [Kind; 16] = [
+pub const KINDS: [Kind; 17] = [
     Kind { name: "answer", title: "The answer", make: answer::section },
     Kind { name: "landscape", title: "Landscape", make: landscape::section },
     Kind { name: "motion", title: "The robot in motion", make: motion::section },
     Kind { name: "contacts", title: "Contacts", make: contacts::section },
+    Kind { name: "terms", title: "What the costs ask for", make: terms::section },
     Kind { name: "quantities", title: "Forces, points and cost over time", make: quantities::section },
     Kind { name: "trajectories", title: "Trajectories", make: trajectories::section },
     Kind { name: "information", title: "Information over time", make: information::section },

@@ -5,9 +5,10 @@ use supple_lqg::bound::Needed;
 use supple_lqg::{Horizon, control_information, entropy_form, noise_cost, paper_form};
 use supple_model::{Channels, time_of};
 
-use super::curves::{contact_curves, cost_curves, quantity_curves};
+use super::curves::{CostCurve, contact_curves, quantity_curves};
 use super::report::{CostReport, InformationReport, NeededInformation, TrajectoryReport, UsedInformation};
 use super::sensing::measurements;
+use super::terms::cost_terms;
 use crate::Error;
 use crate::film::film;
 use crate::pipeline::TaskState;
@@ -15,7 +16,12 @@ use crate::plan::PlanMode;
 use crate::problem::{Task, TaskAt};
 use crate::simulate::{Rollouts, SampleId, sample, sample_number};
 
-pub(super) fn cost_report(TaskAt { task, phi }: TaskAt, state: &TaskState, second_order: Option<f64>) -> CostReport {
+pub(super) fn cost_report(
+    TaskAt { task, phi }: TaskAt,
+    state: &TaskState,
+    second_order: Option<f64>,
+    curves: &[CostCurve],
+) -> CostReport {
     let xi = &state.plan.policy.value_of_information;
     let n = xi.rows();
     let traces = (0..task.steps).map(|t| {
@@ -25,6 +31,7 @@ pub(super) fn cost_report(TaskAt { task, phi }: TaskAt, state: &TaskState, secon
     CostReport {
         expected: state.cost.expected(),
         parts: state.cost,
+        terms: cost_terms(task.at(phi), &state.plan.trajectory, curves),
         second_order,
         bound: task.bound.as_ref().map(|bound| bound.resolve(phi)),
         belief_per_step: traces.collect(),
@@ -108,6 +115,7 @@ pub(super) fn trajectory_report(
     task: &Task,
     phi: &[f64],
     state: &TaskState,
+    curves: &[CostCurve],
     Rollouts { count: rollouts, seed }: Rollouts,
 ) -> Result<TrajectoryReport, Error> {
     let dt = task.time_step.resolve::<f64>(phi);
@@ -141,7 +149,7 @@ pub(super) fn trajectory_report(
         measurements: measurements(task, state),
         threads,
         contacts: contact_curves(task, phi, &state.plan.trajectory, &run),
-        costs: cost_curves(task, phi, &state.plan.trajectory),
+        costs: curves.to_vec(),
         quantities: quantity_curves(task, phi, &state.plan.trajectory, &run),
         sample: run,
         scene: film(task, phi, &state.plan.trajectory, sigma),

@@ -27,17 +27,20 @@ mod plan_check;
 mod reached;
 mod report;
 mod sensing;
+mod terms;
 mod trouble;
 mod trust;
 
 use assemble::{add_needed, cost_report, information_report, second_order, trajectory_report};
 pub use controller::ControllerReport;
+use curves::cost_curves;
 pub use curves::{ContactCurve, CostCurve, QuantityCurve};
 pub use plan_check::PlanCheck;
 pub use reached::LimitReached;
 use reached::limits_reached;
 pub use report::*;
 pub use sensing::MeasurementReport;
+pub use terms::{CostTerm, TargetReport};
 use trouble::{cheaper_warning, jump_warning};
 pub use trouble::{number_warnings, plan_warnings};
 use trust::Predicted;
@@ -149,7 +152,8 @@ fn evaluate_task(
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let known = &*state;
     let told = || information_report(task, phi, known);
-    let shown = || trajectory_report(task, phi, known, options.rollouts());
+    let curves = cost_curves(task, phi, &known.plan.trajectory);
+    let shown = || trajectory_report(task, phi, known, &curves, options.rollouts());
     let (information, trajectory) = rayon::join(told, || options.trajectories.then(shown).transpose());
     let (mut information, trajectory) = (information?, trajectory?);
     let counts = options.weights(problem).needed != 0.0;
@@ -186,7 +190,7 @@ fn evaluate_task(
         warnings: warnings(task.at(phi), state, &contacts, monte_carlo.as_ref(), [cheaper, law_remark, saddle]),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
-        cost: cost_report(task.at(phi), state, in_full),
+        cost: cost_report(task.at(phi), state, in_full, &curves),
         information,
         gradient,
         monte_carlo,

@@ -12,6 +12,7 @@ use super::controller::ControllerReport;
 use super::curves::{ContactCurve, CostCurve, QuantityCurve};
 use super::reached::LimitReached;
 use super::sensing::MeasurementReport;
+use super::terms::{CostTerm, TargetReport};
 use super::trust::Trust;
 use crate::plan::PlanStatus;
 use crate::settings::InformationWeights;
@@ -246,6 +247,10 @@ pub struct CostReport {
     /// The parts.
     #[serde(flatten)]
     pub parts: CostParts,
+    /// The terms of the nominal cost, in the order of the task's costs: what each costs, and what became of the numbers that it
+    /// weighs; empty in results of versions that did not report them.
+    #[serde(default)]
+    pub terms: Vec<CostTerm>,
     /// The expected cost to second order, with the second derivatives of dynamics and cost, which the parts leave out as the
     /// controller does (theory, equation J.4); none if it was not requested, or the plan is held at limits, or is not that of
     /// the nominal cost.
@@ -257,6 +262,18 @@ pub struct CostReport {
     pub belief_per_step: Vec<f64>,
     /// `Tr(Xi_t)` per step.
     pub value_of_information_per_step: Vec<f64>,
+}
+
+impl CostReport {
+    /// The targets that the plan misses by far, with the names of their terms: numbers that the final cost weighs, which end less
+    /// than half of the way from their start to their target. Targets of 0 only count if their term is more than a tenth of the
+    /// nominal cost.
+    ///
+    /// Example: [`CostTerm`].
+    pub fn missed_targets(&self) -> impl Iterator<Item = (&str, &TargetReport)> {
+        let nominal = self.parts.nominal;
+        self.terms.iter().flat_map(move |term| term.missed(nominal).map(|number| (term.name.as_str(), number)))
+    }
 }
 
 /// The directed information of a task.

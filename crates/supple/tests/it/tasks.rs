@@ -7,7 +7,7 @@ use crate::common::reference::differences::total_gradient_errors;
 use crate::common::{repository, shipped, task_files};
 use supple::design::{Control, DesignSettings, DesignStatus, design};
 use supple::pipeline::TaskState;
-use supple::{EvaluateOptions, Problem, Verdict};
+use supple::{CostTerm, EvaluateOptions, Problem, Verdict};
 
 /// Plants with nothing to design, there to be bounded.
 const PLANTS: [&str; 1] = ["tanaka_plant.toml"];
@@ -24,6 +24,34 @@ fn every_task_plans_from_its_file() {
         }
         assert!(found.feasible, "{file} starts above a bound");
         assert!(!problem.parameters.design().is_empty(), "{file} has nothing to design");
+    }
+}
+
+/// What the costs of every shipped task ask for is what its plan does: the terms add up to the nominal cost, targets of the final
+/// cost are covered, and the values are those of the trajectory.
+#[test]
+fn every_task_covers_the_way_to_its_targets() {
+    for file in task_files() {
+        let problem = shipped(&file);
+        let options = EvaluateOptions { trajectories: true, ..EvaluateOptions::default() };
+        let found = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
+        for task in &found.tasks {
+            let (terms, nominal) = (&task.cost.terms, task.cost.parts.nominal);
+            let sum: f64 = terms.iter().map(CostTerm::total).sum();
+            assert!((sum - nominal).abs() <= 1e-9 * nominal.abs(), "{file}, {}: {sum} of {nominal}", task.name);
+            assert!(terms.iter().all(|term| !term.targets.is_empty()), "{file}, {}", task.name);
+            let missed: Vec<_> = task.cost.missed_targets().collect();
+            assert!(missed.is_empty(), "{file}, {}: {missed:?}", task.name);
+            let along = &task.trajectory.as_ref().unwrap().quantities;
+            let of_terms = terms.iter().enumerate().flat_map(|(cost, term)| term.targets.iter().map(move |to| (cost, to)));
+            for (cost, to) in of_terms {
+                let of = format!("cost {}", cost + 1);
+                if let Some(curve) = along.iter().find(|curve| curve.of == of && curve.name == to.name) {
+                    let known = (curve.values.first(), curve.values.last(), curve.target);
+                    assert_eq!(known, (Some(&to.start), Some(&to.end), Some(to.target)), "{file}, {}", to.name);
+                }
+            }
+        }
     }
 }
 
