@@ -275,8 +275,8 @@ class Model:
         is_default = "tolerance" not in planner
 
         def made(system: dict[str, Any], error: DerivativeError) -> Task:
-            described["doubts"] = [f"task `{name}`: {doubt}" for doubt in self._doubts(near, error)]
-            for doubt in described["doubts"]:
+            described["doubtful_derivatives"] = [f"task `{name}`: {doubt}" for doubt in self._doubts(near, error)]
+            for doubt in described["doubtful_derivatives"]:
                 LOGGER.warning("%s", doubt)
             # Roll-outs would call Python functions some hundred thousand times: they are made only on request.
             unasked = {"rollouts": 0} if system["kind"] == "callback" else {}

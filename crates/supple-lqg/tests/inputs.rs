@@ -184,3 +184,23 @@ fn candidates_that_no_purchase_has_are_refused() {
         assert_eq!(of(&[price]), format!("sensor `s0` has the price {price:?}; valid: 0 or more"));
     }
 }
+
+/// Precision `1 / sqrt(V)` of a sensor: where the squares of its gain underflow, information is refused, not 0.
+#[test]
+fn information_of_measurements_beyond_the_range_of_numbers_is_refused() {
+    let used = |gain: f64| {
+        let plant = LinearQuadratic { a: &[[1.0]], b: &[[1.0]], c: &[[gain]], q: &[[1.0]], r: &[[1.0]] };
+        let one = || constant(&[[1.0]]);
+        let noise = Noise { initial: one(), process: one(), measurement: one() };
+        let knots = Knots::linear(STEPS, plant).unwrap();
+        let belief = filtered(&knots, &noise).unwrap();
+        control_information(&knots, &solved(&knots), &belief, &noise).map(|steps| steps.iter().sum::<f64>())
+    };
+    // Ten steps, each of which tells one state with relative precision `1 / gain`.
+    let [some, more] = [1e50, 1e150].map(|gain| used(gain).unwrap());
+    assert!((more - some - 10.0 * 100.0 * std::f64::consts::LN_10).abs() < 1e-6 * more, "{some}, {more}");
+    for gain in [1e155, 1e165, 1e200, 1e300] {
+        let told = refused(used(gain));
+        assert!(told.contains("not finite") || told.contains("positive definite"), "{gain:e}: {told}");
+    }
+}

@@ -469,7 +469,7 @@ pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
 pub(crate) fn warnings_of(task: &Task, phi: &[f64], state: &TaskState) -> Vec<String> {
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     [
-        task.doubts.clone(),
+        task.distrust(),
         plan_warnings(task, phi, &state.plan),
         contact_warnings(task, phi, &contacts),
         number_warnings(task, state, None),

@@ -231,6 +231,12 @@ impl Means {
         self.news.clear();
         self.told.begin::<L>(&self.feedback, n);
         self.both.begin::<L>(&self.feedback, n);
+        for (a, row) in k.numbers.chunks_exact(narrow).take(m).enumerate() {
+            // A control that varies, but not with noise, tells all: with measurements so precise, squares underflow.
+            if all[a] == 0.0 && self.told.varies(&row[..n], a) {
+                return f64::INFINITY;
+            }
+        }
         // The share of a control's variance that past controls leave, from 0 to 1.
         let unknown = |both: &Telling, a: usize| if all[a] > 0.0 { both.variance(a) / all[a] } else { 0.0 };
         while let Some((place, share)) =
@@ -290,6 +296,11 @@ impl Telling {
         (self.out..self.factor.count()).map(|k| self.seen[k * short + a] * self.seen[k * short + a]).sum()
     }
 
+    /// Whether control `a`, whose feedback is `row`, varies by more than rounding.
+    fn varies(&self, row: &[f64], a: usize) -> bool {
+        self.variance(a) > KNOWN * self.rounding.whole(row).powi(2)
+    }
+
     /// Conditions `G G'` on control `a` exactly: rotates columns so that only one affects its row of `K`, then removes that
     /// column. Returns the variance that the control had.
     #[inline(always)]
@@ -325,9 +336,14 @@ impl Rounding {
         self.left = 0.0;
     }
 
+    /// The deviation that a row has at most, before conditioning.
+    fn whole(&self, row: &[f64]) -> f64 {
+        row.iter().zip(&self.sizes).map(|(entry, size)| entry.abs() * size).sum()
+    }
+
     /// After conditioning on a row of this variance: the smaller the variance relative to the factor, the larger the error.
     fn grow(&mut self, row: &[f64], variance: f64) {
-        let whole: f64 = row.iter().zip(&self.sizes).map(|(entry, size)| entry.abs() * size).sum();
+        let whole = self.whole(row);
         self.left += 16.0 * f64::EPSILON * whole / variance.sqrt();
     }
 

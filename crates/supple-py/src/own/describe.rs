@@ -41,9 +41,9 @@ struct DescribedTask {
     /// What varies of the measurement's variances with the state.
     #[serde(default)]
     varying: Vec<DescribedVariance>,
-    /// Why none of its numbers can be trusted.
+    /// Why the derivatives of its model are wrong.
     #[serde(default)]
-    doubts: Vec<String>,
+    doubtful_derivatives: Vec<String>,
 }
 
 /// A list of variances, all entries, or all entries at each step.
@@ -168,7 +168,7 @@ impl DescribedTask {
             .guessing_each(resolve_rows(&self.initial_control, "initial_control", names).map_err(in_task)?)
             .weighing_information(self.information_weight);
         let control_bounds = bounds.map(|bounds| ControlBounds::new(&bounds));
-        let task = Task { bound, control_bounds, doubts: self.doubts, ..task };
+        let task = Task { bound, control_bounds, doubtful_derivatives: self.doubtful_derivatives, ..task };
         task.check(parameters).map_err(|unfit| at(&unfit.to_string()))?;
         Ok(task)
     }

@@ -232,7 +232,7 @@ fn warnings(
     // A plan that is indefinite as noise would lower its cost has a law, and says so itself.
     let of_plan = if state.lowered().is_some() { Vec::new() } else { plan_warnings(task, phi, &state.plan) };
     [
-        task.doubts.clone(),
+        task.distrust(),
         of_plan,
         contact_warnings(task, phi, contacts),
         number_warnings(task, state, sampled),

@@ -88,7 +88,7 @@ fn cut_off(task: &Task, plan: &Plan) -> Option<String> {
 /// That a measurement has no derivative, but different values along the plan: it jumps, so that it counts for nothing.
 pub(super) fn jump_warning(TaskAt { task, phi }: TaskAt, state: &TaskState) -> Option<String> {
     // A model that knows of jumps has said so.
-    if !task.doubts.is_empty() {
+    if !task.doubtful_derivatives.is_empty() {
         return None;
     }
     let (measurement, states) = (&state.plan.knots.measurement, &state.plan.trajectory.states);

@@ -277,8 +277,10 @@ pub struct Task {
     pub control_bounds: Option<ControlBounds>,
     /// Its noise.
     pub noise: NoiseModel,
-    /// Reasons not to trust any number of this task, such as derivatives of its model that are wrong: warnings of every result.
+    /// Why its model may not be the system that is meant, such as parts of a file that are left out: warnings of every result.
     pub doubts: Vec<String>,
+    /// Why derivatives of its model are wrong, such as values that jump: warnings of every result.
+    pub doubtful_derivatives: Vec<String>,
     /// Model and costs, differentiated. Copies of the task share it.
     pub system: Arc<dyn System>,
 }
@@ -287,6 +289,18 @@ impl Task {
     /// This task at values of the parameters.
     pub(crate) fn at<'a>(&'a self, phi: &'a [f64]) -> TaskAt<'a> {
         TaskAt { task: self, phi }
+    }
+
+    /// Reasons not to trust any number of it: doubts of its model, and of that model's derivatives.
+    ///
+    /// ```
+    /// let problem = supple_file::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml"))?;
+    /// assert!(problem.tasks[0].distrust().is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn distrust(&self) -> Vec<String> {
+        [&self.doubts[..], &self.doubtful_derivatives].concat()
     }
 
     /// A task of `steps` steps of length `time_step`, s, starting from state 0, without limits; its first guess is the
@@ -323,6 +337,7 @@ impl Task {
             control_bounds: None,
             noise,
             doubts: Vec::new(),
+            doubtful_derivatives: Vec::new(),
             system,
         }
     }

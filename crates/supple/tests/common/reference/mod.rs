@@ -41,6 +41,7 @@ pub fn task(
         control_bounds: None,
         noise,
         doubts: Vec::new(),
+        doubtful_derivatives: Vec::new(),
         system: Arc::new(system),
     }
 }
