@@ -25,7 +25,7 @@ impl QuantityFile for Bearing {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
-        Ok(Self { frame: vocabulary.frame(&file.frame)?, camera: file.camera })
+        Ok(Self { frame: vocabulary.frame("frame", &file.frame)?, camera: file.camera })
     }
 }
 

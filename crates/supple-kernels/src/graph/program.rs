@@ -199,7 +199,9 @@ impl Slots {
     fn new(runs: &[Run], ends: &[Node]) -> Self {
         let (mut last, mut first) = (Table::new(), 0);
         for run in runs {
-            let end = first + run.places() - 1;
+            let next = first + run.places();
+            // Of a run without instructions, nothing is read.
+            let end = next.saturating_sub(1);
             if let Some(Repeated { repetition, .. }) = &run.repetition {
                 repetition.start.iter().for_each(|&node| last.insert(node, first));
             }
@@ -213,7 +215,7 @@ impl Slots {
                 run.reads_from_outside().into_iter().for_each(|node| last.insert(node, end));
                 repetition.next.iter().for_each(|&node| last.insert(node, end));
             }
-            first = end + 1;
+            first = next;
         }
         for &end in ends {
             last.insert(end, usize::MAX);

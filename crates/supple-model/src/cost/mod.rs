@@ -20,6 +20,7 @@ use crate::quantity::{Quantity, StateAndControl};
 use crate::{Point, Value};
 
 mod absolute;
+mod check;
 mod norm;
 mod norms;
 mod quadratic;
@@ -141,7 +142,9 @@ impl Cost {
     /// The same with targets, in the order of the quantity's entries; entries without a new target keep theirs.
     #[must_use]
     pub fn with_targets<T: Into<Value>>(mut self, targets: impl IntoIterator<Item = T>) -> Self {
-        self.targets.iter_mut().zip(targets).for_each(|(target, given)| *target = given.into());
+        // More than there are entries are kept too, for checks to refuse.
+        let given: Vec<Value> = targets.into_iter().map(Into::into).collect();
+        self.targets.splice(..given.len().min(self.targets.len()), given);
         self
     }
 

@@ -1,5 +1,6 @@
 //! Norms: functions that convert a residual to a cost. To add one, write one file and one line in `norms.rs`.
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -79,7 +80,7 @@ pub trait NormFile: NormKind + Sized {
 pub struct Norm(Arc<dyn Kind>);
 
 /// Object-safe interface of norms.
-trait Kind: Debug + Send + Sync {
+trait Kind: Any + Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn number(&self, r: f64, phi: &[f64]) -> f64;
     fn node(&self, r: Node, phi: &[Node]) -> Node;
@@ -132,6 +133,12 @@ impl Norm {
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.0.name()
+    }
+
+    /// Whether it is of this kind.
+    #[must_use]
+    pub fn is<N: NormKind>(&self) -> bool {
+        (&*self.0 as &dyn Any).is::<N>()
     }
 
     /// The norm of each entry of a residual.

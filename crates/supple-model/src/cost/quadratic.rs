@@ -8,7 +8,6 @@ use supple_text::FileError;
 use super::{Cost, Weights};
 use crate::Value;
 use crate::document::{Place, Spot, Unfit};
-use crate::noise::Covariance;
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Measurable, StateAndControl};
 use crate::value::symmetrise;
@@ -70,7 +69,12 @@ fn check_semidefinite(rows: Vec<Vec<Value>>, parameters: &Parameters) -> Result<
         }
     }
     let mut matrix = Matrices::constant(rows.len(), rows.len());
-    Covariance::Full(rows).resolve(&parameters.initial(), &mut matrix);
+    let phi = parameters.initial();
+    let number = |i: usize, j: usize| rows[i][j].resolve::<f64>(&phi);
+    for (i, j) in (0..rows.len()).flat_map(|i| (0..rows.len()).map(move |j| (i, j))) {
+        // What a quadratic form counts of its matrix.
+        matrix.set(0, i, j, 0.5 * (number(i, j) + number(j, i)));
+    }
     let indefinite = |minor: usize| {
         let valid = "must be positive semidefinite, so that no cost is negative";
         Err(format!("{valid}; its leading {minor} x {minor} block is not"))
@@ -90,6 +94,11 @@ pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), Unfit> {
     let (Some(all), Weights::Matrix(stage), Weights::Matrix(last)) =
         (cost.quantity.as_kind::<StateAndControl>(), &cost.stage, &cost.last)
     else {
+        for (key, weights) in [("weight", &cost.stage), ("final_weight", &cost.last)] {
+            if let Weights::Matrix(rows) = weights {
+                check_semidefinite(rows.clone(), parameters).map_err(|message| Unfit::new(key, message))?;
+            }
+        }
         return Ok(());
     };
     let block = |rows: &[Vec<Value>], from: usize, to: usize| -> Vec<Vec<Value>> {

@@ -10,7 +10,6 @@ use crate::Value;
 #[cfg(feature = "schema")]
 use crate::document::merged;
 use crate::document::{FileError, Place, ReadError, Reader, Spot, Unfit};
-use crate::parameters::Parameters;
 use crate::quantity::{Context, Kinds, Quantity};
 use crate::value::{OneOrList, OneOrMore};
 
@@ -78,23 +77,6 @@ impl File {
     }
 }
 
-impl Cost {
-    /// Checks the weights and the norm within the parameters' bounds; the error gives the key and what is valid.
-    fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
-        // Entries of matrices may be negative.
-        let factors = [("weight", &self.stage), ("final_weight", &self.last)];
-        for (key, weights) in factors.into_iter().filter(|(_, weights)| !matches!(weights, Weights::Matrix(_))) {
-            for weight in weights.iter() {
-                if let Some(least) = parameters.least(weight).filter(|&least| least < 0.0) {
-                    return Err(Unfit::new(key, format!("must be at least 0; {}", weight.found(least))));
-                }
-            }
-        }
-        self.norm.check(parameters).map_err(|message| Unfit::new("norm", message))?;
-        quadratic::check(self, parameters)
-    }
-}
-
 /// The names of all kinds of cost, as files write them: all quantities, and `quadratic`.
 ///
 /// ```
@@ -140,7 +122,7 @@ pub fn read(kind: &str, table: Reader, spot: Spot, context: &Context, norms: &No
         let norm = norms.read(document, &norm)?;
         file.cost(quantity, norm).map_err(|unfit| unfit.at(document, at))?
     };
-    cost.check(context.parameters).map_err(|unfit| unfit.at(document, at))?;
+    cost.check_numbers(context.parameters).map_err(|unfit| unfit.at(document, at))?;
     Ok(cost)
 }
 

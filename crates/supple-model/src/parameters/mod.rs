@@ -290,6 +290,30 @@ impl Parameters {
         Self(list)
     }
 
+    /// Checks each of them, and that no two have the same name.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with the name of the parameter.
+    ///
+    /// ```
+    /// use supple_model::parameters::{Parameter, Parameters};
+    ///
+    /// let twice = ["k", "k"].map(|name| Parameter::new(name, 1.0, [0.5, 2.0]));
+    /// let wrong = Parameters::new(twice.to_vec()).check().err().map(|unfit| unfit.to_string());
+    /// assert_eq!(wrong.as_deref(), Some("parameters[1].name: `k` is the name of another parameter too"));
+    /// ```
+    pub fn check(&self) -> Result<(), Unfit> {
+        for (index, parameter) in self.iter().enumerate() {
+            let here = |unfit: Unfit| unfit.below(index).below("parameters");
+            parameter.check().map_err(here)?;
+            if self.iter().take(index).any(|other| other.name == parameter.name) {
+                let message = format!("`{}` is the name of another parameter too", parameter.name);
+                return Err(here(Unfit::new("name", message)));
+            }
+        }
+        Ok(())
+    }
+
     /// Adds a parameter; models and tasks refer to it by the returned handle.
     pub fn declare(&mut self, mut parameter: Parameter) -> ParameterHandle {
         parameter.sort_catalogue();

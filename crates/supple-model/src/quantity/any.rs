@@ -7,7 +7,7 @@ use std::sync::Arc;
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call};
 
-use super::{Known, Measurable, Vocabulary};
+use super::{Known, Measurable, Reach, Vocabulary};
 use crate::channels::Channel;
 use crate::document::Unfit;
 use crate::parameters::Parameters;
@@ -36,6 +36,7 @@ trait Kind: Any + Debug + Send + Sync {
     fn needs_target(&self) -> bool;
     fn signal_of(&self, entry: usize) -> Option<usize>;
     fn depth_of(&self, target: f64) -> Option<(usize, f64)>;
+    fn reach(&self) -> Reach;
     fn check(&self, parameters: &Parameters) -> Result<(), Unfit>;
 }
 
@@ -84,6 +85,9 @@ impl<Q: Measurable> Kind for Q {
     }
     fn depth_of(&self, target: f64) -> Option<(usize, f64)> {
         Measurable::depth_of(self, target)
+    }
+    fn reach(&self) -> Reach {
+        Measurable::reach(self)
     }
     fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
         Measurable::check(self, parameters)
@@ -221,6 +225,12 @@ impl Quantity {
     #[must_use]
     pub fn depth_of(&self, target: f64) -> Option<(usize, f64)> {
         self.0.depth_of(target)
+    }
+
+    /// How many of the model's numbers there must be.
+    #[must_use]
+    pub fn reach(&self) -> Reach {
+        self.0.reach()
     }
 
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.

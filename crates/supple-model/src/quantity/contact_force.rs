@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
+use super::{Known, Measurable, QuantityFile, Reach, Unfit, Vocabulary};
 use crate::Value;
 use crate::channels::Channel;
 use crate::parameters::Parameters;
@@ -60,6 +60,10 @@ impl Measurable for ContactForce {
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         let name = if self.smoothing.is_some() { "smoothed normal force" } else { "normal force" };
         vec![vocabulary.contact_channel(self.signal, name, "N")]
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { signals: self.signal + 1, ..Reach::default() }
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use super::{Known, Measurable, QuantityFile, Reach, Unfit, Vocabulary, pick};
 use crate::channels::Channel;
 use crate::physics::Point;
 
@@ -63,6 +63,10 @@ impl Measurable for Control {
 
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         self.selected.iter().map(|&place| vocabulary.channels.controls[place].clone()).collect()
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { controls: Reach::beyond(&self.selected), ..Reach::default() }
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {

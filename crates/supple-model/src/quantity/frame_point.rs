@@ -68,7 +68,7 @@ impl QuantityFile for FramePoint {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
-        let first = vocabulary.frame(&file.frame)?;
+        let first = vocabulary.frame("frame", &file.frame)?;
         let axes = Axis::selected(file.axes)?;
         Ok(Self { selected: axes.iter().map(|&axis| first + axis as usize).collect(), axes })
     }

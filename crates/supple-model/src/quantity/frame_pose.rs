@@ -40,7 +40,7 @@ impl QuantityFile for FramePose {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
-        let first = vocabulary.frame(&file.frame)?;
+        let first = vocabulary.frame("frame", &file.frame)?;
         let turn = FrameTurn::new(first, Pose::from_rpy([0.0; 3], file.reference).rotation);
         Ok(Self { point: FramePoint::of(first), turn, lever: file.lever })
     }

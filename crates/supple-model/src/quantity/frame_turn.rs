@@ -2,7 +2,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_robot::{Pose, turn};
 
-use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
+use super::{Known, Measurable, QuantityFile, Reach, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::Point;
 
@@ -53,7 +53,7 @@ impl QuantityFile for FrameTurn {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
-        Ok(Self::new(vocabulary.frame(&file.frame)?, Pose::from_rpy([0.0; 3], file.reference).rotation))
+        Ok(Self::new(vocabulary.frame("frame", &file.frame)?, Pose::from_rpy([0.0; 3], file.reference).rotation))
     }
 }
 
@@ -67,6 +67,10 @@ impl Measurable for FrameTurn {
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         let name = vocabulary.frame_of(self.first);
         ["x", "y", "z"].map(|axis| Channel::new(format!("turn of {name} about {axis}"), "rad")).to_vec()
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { signals: self.first + 12, ..Reach::default() }
     }
 
     fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {

@@ -35,7 +35,7 @@ impl QuantityFile for FrameVelocity {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
-        let first = vocabulary.frame(&file.frame)? + FIRST;
+        let first = vocabulary.frame("frame", &file.frame)? + FIRST;
         let names = &FRAME_SIGNALS[FIRST..];
         let Some(select) = file.select else { return Ok(Self { selected: (first..first + names.len()).collect() }) };
         if select.is_empty() {

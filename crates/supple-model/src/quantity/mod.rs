@@ -121,6 +121,31 @@ impl<S> Known<'_, S> {
     pub const NONE: Self = Known { signals: &[], next: &[], early: &[] };
 }
 
+/// How many of a model's numbers there must be for a quantity to be read.
+///
+/// ```
+/// use supple_model::quantity::{Control, Quantity, Reach, State};
+///
+/// assert_eq!(Quantity::from(State::new([0, 4])).reach(), Reach { states: 5, ..Reach::default() });
+/// assert_eq!(Quantity::from(Control::all(2)).reach(), Reach { controls: 2, ..Reach::default() });
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reach {
+    /// States.
+    pub states: usize,
+    /// Controls.
+    pub controls: usize,
+    /// Signals.
+    pub signals: usize,
+}
+
+impl Reach {
+    /// One more than the highest index.
+    fn beyond(selected: &[usize]) -> usize {
+        selected.iter().map(|place| place + 1).max().unwrap_or(0)
+    }
+}
+
 /// What a kind of quantity defines: its numbers.
 ///
 /// ```
@@ -221,6 +246,11 @@ pub trait Measurable: Debug + Send + Sync + 'static {
     /// If this is the depth of a contact, or minus that: the index of its signal, and the depth, m, that a target asks for.
     fn depth_of(&self, _target: f64) -> Option<(usize, f64)> {
         None
+    }
+
+    /// How many of the model's states, controls and signals there must be: one more than the highest index of each that it reads.
+    fn reach(&self) -> Reach {
+        Reach::default()
     }
 
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.

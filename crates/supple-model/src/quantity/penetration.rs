@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
+use super::{Known, Measurable, QuantityFile, Reach, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::Point;
 
@@ -54,6 +54,10 @@ impl Measurable for Penetration {
 
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         vec![vocabulary.contact_channel(self.signal, "depth", "m")]
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { signals: self.signal + 1, ..Reach::default() }
     }
 
     fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {

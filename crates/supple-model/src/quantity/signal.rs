@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use super::{Known, Measurable, QuantityFile, Reach, Unfit, Vocabulary, pick};
 use crate::channels::{Channel, Drive};
 use crate::physics::{EFFORT, POWER, Point};
 
@@ -59,6 +59,10 @@ impl Measurable for Signal {
 
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         self.selected.iter().map(|&place| Channel::new(vocabulary.signal_name(place), "")).collect()
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { signals: Reach::beyond(&self.selected), ..Reach::default() }
     }
 
     fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use super::{Known, Measurable, QuantityFile, Reach, Unfit, Vocabulary, pick};
 use crate::channels::Channel;
 use crate::physics::Point;
 
@@ -50,6 +50,10 @@ impl Measurable for State {
 
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         self.selected.iter().map(|&place| vocabulary.state_channel(place)).collect()
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { states: Reach::beyond(&self.selected), ..Reach::default() }
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {

@@ -1,6 +1,6 @@
 use supple_kernels::Scalar;
 
-use super::{Known, Measurable, NoKeys, QuantityFile, Unfit, Vocabulary};
+use super::{Known, Measurable, NoKeys, QuantityFile, Reach, Unfit, Vocabulary};
 use crate::channels::Channel;
 use crate::physics::Point;
 
@@ -46,6 +46,10 @@ impl Measurable for StateAndControl {
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         let states = (0..self.states).map(|place| vocabulary.state_channel(place));
         states.chain(vocabulary.channels.controls.iter().cloned()).collect()
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { states: self.states, controls: self.controls, signals: 0 }
     }
 
     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {

@@ -113,11 +113,11 @@ impl Vocabulary {
     }
 
     /// The place of a frame's first signal; those of [`FRAME_SIGNALS`](crate::FRAME_SIGNALS) follow.
-    pub fn frame(&self, name: &str) -> Result<usize, Unfit> {
+    pub fn frame(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
         let place = self.frames.iter().position(|frame| frame == name);
         let unknown = || {
             let what = format!("the model has no link or frame `{name}`");
-            Unfit::unknown("frame", &what, name, &self.frames)
+            Unfit::unknown(key, &what, name, &self.frames)
         };
         place.map(frame_signals).ok_or_else(unknown)
     }

@@ -15,7 +15,9 @@ use super::trace::{residuals, source, substeps, values};
 use super::{Adjoints, Constraints, Curvature, Points, System, Times, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedDepth, WantedForce};
 use crate::cost::{Cost, Target};
+use crate::document::Unfit;
 use crate::followed::{self, Followed, FollowedNumber};
+use crate::parameters::Parameters;
 use crate::quantity::{Measurable, Penetration, Quantity, Vocabulary};
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
@@ -83,7 +85,10 @@ pub(super) struct Programs {
 }
 
 impl<M: Model> Authored<M> {
-    /// A model with the costs of a task, its time step in s, and how many parameters there are.
+    /// A model with the costs of a task, its time step in s, and how many parameters there are. The time step must be that of the task.
+    ///
+    /// # Panics
+    /// Where the model reads a parameter that is not among so many.
     pub fn new(model: M, costs: Vec<Cost>, time_step: impl Into<Value>, parameters: usize) -> Self {
         let time_step = time_step.into();
         let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
@@ -276,6 +281,22 @@ impl<M: Model> Authored<M> {
 const MOST_UNKNOWNS: usize = 16;
 
 impl<M: Model> System for Authored<M> {
+    fn check(&self, parameters: &Parameters) -> Result<(), Unfit> {
+        let (size, signals) = (self.model.dimensions(), self.model.signals().len());
+        let mut costs = self.costs.iter().enumerate();
+        costs.try_for_each(|(index, cost)| {
+            cost.check(size, signals, parameters).map_err(|unfit| unfit.below(index).below("costs"))
+        })
+    }
+
+    fn time_step(&self) -> Option<&Value> {
+        Some(&self.time_step)
+    }
+
+    fn parameters(&self) -> usize {
+        self.parameters
+    }
+
     fn dimensions(&self) -> Dimensions {
         self.size
     }

@@ -8,10 +8,12 @@ use supple_lqg::{Dimensions, KnotAdjoints};
 
 use crate::contacts::{Contact, ContactState, WantedDepth, WantedForce};
 use crate::cost::Target;
+use crate::document::Unfit;
 use crate::followed::FollowedNumber;
+use crate::parameters::Parameters;
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
-use crate::{Channels, Limit};
+use crate::{Channels, Limit, Value};
 
 mod arrays;
 mod authored;
@@ -80,6 +82,24 @@ pub struct Adjoints<'a> {
 pub trait System: Send + Sync {
     /// Lengths of state, control and measurement.
     fn dimensions(&self) -> Dimensions;
+
+    /// Checks what an author gave: costs that do not fit the model, or have numbers that no cost can have.
+    ///
+    /// # Errors
+    /// What is wrong, below the table of a task.
+    fn check(&self, _parameters: &Parameters) -> Result<(), Unfit> {
+        Ok(())
+    }
+
+    /// Its time step; `None` if it is not known.
+    fn time_step(&self) -> Option<&Value> {
+        None
+    }
+
+    /// The number of parameters that it was made for: at most those of the problem.
+    fn parameters(&self) -> usize {
+        0
+    }
 
     /// Names of the states.
     fn state_names(&self) -> Vec<String>;

@@ -68,6 +68,7 @@ pub struct TaskCheck {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn check(problem: &Problem, phi: &[f64]) -> Result<CheckReport, Error> {
+    problem.check_design(phi)?;
     let tasks = problem.tasks.iter().map(|task| check_task(problem, task, phi)).collect::<Result<Vec<_>, _>>()?;
     Ok(CheckReport { passed: tasks.iter().all(|task| task.rows.iter().all(|row| row.passed)), tasks })
 }

@@ -27,6 +27,13 @@ pub struct Design {
 }
 
 impl Design {
+    /// Whether the design that was found meets every bound and the budget, with plans that converged; also where the search was
+    /// stopped.
+    #[must_use]
+    pub fn meets_bounds(&self) -> bool {
+        self.found().status.meets_bounds()
+    }
+
     /// The design that was found; parameters with catalogues have catalogue values.
     #[must_use]
     pub fn found(&self) -> &StartSummary {

@@ -78,8 +78,9 @@ impl<'a> Searcher<'a> {
         self.optimiser.map_or_else(|| own_optimiser(self.settings).keeps_last(), Optimiser::keeps_last)
     }
 
-    /// Checks that the plans have the requested gradients.
+    /// Checks the settings, and that the plans have the requested gradients.
     pub(super) fn check(&self) -> Result<(), Error> {
+        self.settings.check().map_err(|unfit| Error::Unfit(unfit.below("design")))?;
         let mode = self.problem.planning.plan;
         match self.settings.gradient == GradientKind::Total && !mode.has_total_gradient() {
             true => Err(Error::NoTotalGradient { plan: mode.name() }),

@@ -150,7 +150,8 @@ impl Searcher<'_> {
         })
     }
 
-    fn run_start(&self, phi: &[f64], start: usize) -> StartSummary {
+    /// Searches from one start, without checks of problem and settings.
+    pub(super) fn run_start(&self, phi: &[f64], start: usize) -> StartSummary {
         let Self { problem, settings, control, .. } = *self;
         let scaling = Scaling::of(&problem.parameters);
         let from = if start == 0 { phi.to_vec() } else { random_start(&scaling, phi, settings.seed, start) };

@@ -28,7 +28,8 @@ pub enum DesignStatus {
 }
 
 impl DesignStatus {
-    /// Whether the design found meets every bound and the budget, with plans that converged.
+    /// Whether the design found meets every bound and the budget, with plans that converged. This is of the status of a start, or of
+    /// a search that was not stopped: [`Design::meets_bounds`](crate::design::Design::meets_bounds) tells of all searches.
     #[must_use]
     pub fn meets_bounds(self) -> bool {
         self != Self::BoundViolated

@@ -2,6 +2,7 @@
 
 use supple_kernels::Matrices;
 use supple_lqg::recursion_radius;
+use supple_model::document::Unfit;
 use supple_model::limits::LimitViolation;
 use supple_model::parameters::Named;
 use supple_model::{ContactReport, PriceReport};
@@ -98,6 +99,12 @@ impl Problem {
         self.check_design(phi)?;
         check_rollouts(options.rollouts)?;
         check_branches(options.branches)?;
+        for (task, controls) in self.tasks.iter().zip(options.controls.iter().flatten()) {
+            let in_task = |message| {
+                Error::Unfit(Unfit::here(format!("task `{}`: the controls to start from {message}", task.name)))
+            };
+            task.check_guess(controls).map_err(in_task)?;
+        }
         let tasks = self.tasks.iter().enumerate();
         let tasks = tasks.map(|(index, task)| {
             let mut state = TaskState::new(task);

@@ -1,9 +1,10 @@
 //! What a task must satisfy, whoever made it.
 
+use supple_kernels::Matrices;
 use supple_model::Value;
 use supple_model::document::Unfit;
 use supple_model::parameters::Parameters;
-use supple_text::digits;
+use supple_text::{count, digits};
 
 use super::{Task, most_steps};
 
@@ -83,6 +84,20 @@ impl Task {
                 return Err(Unfit::new("bound", format!("must be at least 0, as every expected cost is; {found}")));
             }
         }
+        let most = self.system.parameters();
+        if most > parameters.len() {
+            let message = format!("was made for {}; the problem has {}", count(most, "parameter"), parameters.len());
+            return Err(Unfit::new("system", message));
+        }
+        let first = |value: &Value| parameters.number(value).unwrap_or(f64::NAN);
+        if let Some(own) = self.system.time_step().map(first).filter(|own| *own != first(&self.time_step)) {
+            let found = digits(first(&self.time_step));
+            return Err(Unfit::new(
+                "time_step",
+                format!("must be that of the system, {} s; found {found}", digits(own)),
+            ));
+        }
+        self.system.check(parameters)?;
         for (i, value) in self.initial_state.iter().enumerate() {
             check("initial_state", value).map_err(|unfit| unfit.entry(i))?;
         }
@@ -92,6 +107,20 @@ impl Task {
             }
         }
         Ok(())
+    }
+
+    /// Checks that controls to start a plan from are finite and as many as it has; the error says what is valid.
+    pub(crate) fn check_guess(&self, controls: &Matrices) -> Result<(), String> {
+        let (steps, count) = (self.steps, self.system.dimensions().controls);
+        let (found, width) = (controls.count(), controls.cols());
+        if (found, width) != (steps, count) {
+            return Err(format!("must be {steps} vectors of length {count}; found {found} of length {width}"));
+        }
+        let is_finite = |step: &usize| controls.vector(*step).iter().all(|value| value.is_finite());
+        match (0..steps).find(|step| !is_finite(step)) {
+            Some(step) => Err(format!("must be finite numbers; those of step {step} are not")),
+            None => Ok(()),
+        }
     }
 
     /// Checks the first guess of the controls, and their bounds.
@@ -113,6 +142,9 @@ impl Task {
         }
         if rows.len() > 1 && rows.len() != steps {
             return Err(Unfit::new("initial_control", format!("{valid}; found {} rows", rows.len())));
+        }
+        if let Some(known) = &self.known_controls {
+            self.check_guess(known).map_err(|message| Unfit::new("known_controls", message))?;
         }
         let Some(bounds) = &self.control_bounds else { return Ok(()) };
         let (lower, upper) = (bounds.lower(), bounds.upper());

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{ControlBounds, Dimensions};
+use supple_model::document::Unfit;
 use supple_model::noise::NoiseModel;
 use supple_model::parameters::Parameters;
 use supple_model::system::{RollOut, System, holding_controls};
@@ -98,6 +99,25 @@ pub(crate) fn check_count(what: impl Into<String>, found: usize, most: usize) ->
     if found <= most { Ok(()) } else { Err(Error::Lqg(supple_lqg::Error::TooMany { what: what.into(), found, most })) }
 }
 
+impl std::fmt::Debug for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Self { title, parameters, tasks, planning, design, .. } = self;
+        let mut shown = f.debug_struct("Problem");
+        shown.field("title", title).field("parameters", parameters).field("tasks", tasks);
+        shown.field("planning", planning).field("design", design).finish_non_exhaustive()
+    }
+}
+
+impl std::fmt::Debug for Task {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Self { name, steps, time_step, bound, initial_state, noise, system, .. } = self;
+        let mut shown = f.debug_struct("Task");
+        shown.field("name", name).field("steps", steps).field("time_step", time_step).field("bound", bound);
+        shown.field("initial_state", initial_state).field("noise", noise);
+        shown.field("system", &system.dimensions()).finish_non_exhaustive()
+    }
+}
+
 impl Problem {
     /// Tasks that share parameters, planned and designed with default settings.
     ///
@@ -167,8 +187,8 @@ impl Problem {
         Self { design, ..self }
     }
 
-    /// Checks that a design has one number per parameter, and the [lengths and numbers of every
-    /// task](Task::check_numbers).
+    /// Checks that a design has one finite number per parameter, and the problem itself: its parameters, its planning settings,
+    /// and the [lengths and numbers of every task](Task::check_numbers).
     ///
     /// # Errors
     /// What is wrong.
@@ -177,6 +197,15 @@ impl Problem {
         if found != expected {
             return Err(Error::shape("the list of parameters".to_owned(), found, expected));
         }
+        if let Some((parameter, value)) = self.parameters.iter().zip(phi).find(|(_, value)| !value.is_finite()) {
+            let message = format!("parameter `{}` must be a finite number; found {value}", parameter.name);
+            return Err(Error::Unfit(Unfit::here(message)));
+        }
+        if self.tasks.is_empty() {
+            return Err(Error::Unfit(Unfit::new("tasks", "there must be at least one")));
+        }
+        self.parameters.check().map_err(Error::Unfit)?;
+        self.planning.check().map_err(|unfit| Error::Unfit(unfit.below("planning")))?;
         for task in &self.tasks {
             let in_task = |unfit| Error::InTask { task: task.name.clone(), error: Box::new(Error::Unfit(unfit)) };
             task.check_numbers(&self.parameters).map_err(in_task)?;
@@ -436,6 +465,9 @@ impl Task {
             let what = format!("{what} of task `{}`", self.name);
             if found == expected { Ok(()) } else { Err(Error::shape(what, found, expected)) }
         };
+        if phi.len() < self.system.parameters() {
+            check("the list of parameters", phi.len(), self.system.parameters())?;
+        }
         check("a row of the controls", controls.cols(), size.controls)?;
         if let Some(steps) = self.system.steps().filter(|&steps| steps < controls.count()) {
             check("the list of controls", controls.count(), steps)?;

@@ -25,6 +25,7 @@ mod gradients;
 mod limits;
 mod limits_in_rollouts;
 mod long_filter;
+mod mistakes;
 mod oracles;
 mod paper;
 mod plans;

@@ -170,7 +170,7 @@ impl<'a> Choosing<'a> {
             false => {
                 let near = searcher.search_from(&phi, &controls, 0)?;
                 let random = (1..settings.starts).into_par_iter().filter(|_| !control.is_stopped());
-                let random: Vec<_> = random.filter_map(|start| searcher.search_start(&phi, start).ok()).collect();
+                let random: Vec<_> = random.map(|start| searcher.run_start(&phi, start)).collect();
                 let starts = [near].into_iter().chain(random).collect();
                 let mut found = searcher.combine(starts, 0.0)?;
                 let best = found.starts.swap_remove(found.best);

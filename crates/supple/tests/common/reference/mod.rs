@@ -32,7 +32,7 @@ pub fn task(
     Task {
         name: "test".into(),
         steps,
-        time_step: Value::Number(1.0),
+        time_step: system.time_step().cloned().unwrap_or(Value::Number(1.0)),
         bound: None,
         information_weight: 1.0,
         initial_state,
