@@ -14,7 +14,7 @@ use crate::tables::number;
 pub fn after_evaluation(about: &About, at: &Evaluation) -> String {
     let design = about.parameters.design();
     let names = || design.iter().map(|&index| about.parameters.get(index).name.clone()).collect::<Vec<_>>();
-    let advice = plan(at).unwrap_or_else(|| {
+    let advice = plan(at).or_else(|| warned(at)).or_else(|| doubtful(at)).unwrap_or_else(|| {
         let missed = at.tasks.iter().filter(|task| at.missed_bound(task).is_some());
         let missed: Vec<String> =
             missed.map(|task| format!("a `bound` of {} on {}", number(task.cost.expected), task.name)).collect();
@@ -65,9 +65,9 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                 false => format!("{raise}{budget}, or widen the bounds of {}", listed(&at_bounds)),
             }
         }),
-        _ => plan(optimum).unwrap_or_else(|| {
+        _ => plan(optimum).or_else(|| warned(optimum)).unwrap_or_else(|| {
             let (same, worse) = report.agreement();
-            let (blind, doubtful) = (met_blindly(report), doubtful(optimum));
+            let blind = met_blindly(report);
             let is_optimum = !matches!(report.status, DesignStatus::NotConverged | DesignStatus::NotOptimal);
             if let Some(left) = left_in_rollouts(optimum).filter(|_| is_optimum) {
                 return left;
@@ -80,6 +80,9 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     number(after.cost.expected)
                 );
             }
+            if let Some(doubt) = doubtful(optimum).filter(|_| is_optimum) {
+                return doubt;
+            }
             match (report.status, at_bounds.is_empty()) {
                 (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => unfinished(report),
                 (_, false) if blind.is_some() => format!(
@@ -87,10 +90,6 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     blind.unwrap_or_default()
                 ),
                 (_, false) => format!("widen the bounds of {}: the optimum is at one of them", listed(&at_bounds)),
-                _ if doubtful.is_some() => format!(
-                    "`supple evaluate` at this design with more `--rollouts`, or less noise: the roll-outs leave the cost of {} in doubt",
-                    doubtful.unwrap_or_default()
-                ),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 // Along a single parameter, a search that converged is seldom one of several.
                 _ if same <= 1 && (worse > 0 || about.parameters.design().len() > 1) => {
@@ -186,10 +185,23 @@ fn met_blindly(report: &DesignReport) -> Option<&str> {
     first.map(|task| task.name.as_str())
 }
 
-/// A task whose roll-outs do not agree with what is expected of them, or are too few to tell.
-fn doubtful(at: &Evaluation) -> Option<&str> {
-    let is_doubtful = |task: &&TaskEvaluation| task.trust.as_ref().is_some_and(|trust| trust.verdict != Verdict::Holds);
-    at.tasks.iter().find(is_doubtful).map(|task| task.name.as_str())
+/// What to do about a task whose roll-outs do not agree with what is expected of them, or are too few to tell.
+fn doubtful(at: &Evaluation) -> Option<String> {
+    let of_task = |task: &TaskEvaluation| {
+        let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds)?;
+        Some(match trust.rollouts_needed.filter(|_| trust.needs_only_rollouts()) {
+            Some(needed) => format!("`supple evaluate` at this design with `--rollouts {needed}`: too few leave the cost of {} in doubt", task.name),
+            None => format!("mend what roll-outs of {} tell above, before its numbers are used", task.name),
+        })
+    };
+    at.tasks.iter().find_map(of_task)
+}
+
+/// That warnings come first.
+fn warned(at: &Evaluation) -> Option<String> {
+    let count = at.warnings().count();
+    let what = if count == 1 { "mend what the warning above tells".to_owned() } else { format!("mend what the {count} warnings above tell") };
+    (count > 0).then(|| format!("{what}, before these numbers are used"))
 }
 
 /// What to do about an unusable plan; `None` if all plans are fine.

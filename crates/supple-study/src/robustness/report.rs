@@ -133,11 +133,11 @@ impl RobustCell {
         self.error.as_deref() == Some(STOPPED)
     }
 
-    /// Whether roll-outs have nothing in common with what is expected: they diverged, or surely cost [many times](Verdict::FAR_MORE) as
+    /// Whether roll-outs have nothing in common with what is expected: they diverged, or surely cost [twice](Verdict::MUCH_MORE) as
     /// much, as in verdicts of evaluations.
     #[must_use]
     pub fn is_broken(&self) -> bool {
-        let far = |expected: f64| self.mean - self.half_width_95 > Verdict::FAR_MORE * expected.abs();
+        let far = |expected: f64| self.mean - self.half_width_95 > Verdict::MUCH_MORE * expected.abs();
         self.diverged > 0 || self.expected.is_some_and(far)
     }
 }

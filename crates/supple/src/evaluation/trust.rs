@@ -76,15 +76,17 @@ pub enum Verdict {
     /// and 0.2 % of the whole, half of the roll-outs are as far beyond a limit
     /// that the plan keeps, or there are too few roll-outs to tell.
     Doubtful,
-    /// Roll-outs diverge, exceed the cost limit that the expected cost keeps, 11 times that cost or 11 times the predicted
+    /// Roll-outs diverge, exceed the cost limit that the expected cost keeps, twice that cost or 11 times the predicted
     /// information, or have innovations whose squares are above 10 times what is expected; or the plan is indefinite: its
     /// numbers must not be used.
     Broken,
 }
 
 impl Verdict {
-    /// Sampled costs and information above this many times the predicted ones have nothing to do with them.
+    /// Sampled information above this many times the predicted one has nothing to do with it.
     pub const FAR_MORE: f64 = 11.0;
+    /// Sampled costs above this many times the predicted ones are not those of the plan.
+    pub const MUCH_MORE: f64 = 2.0;
 }
 
 impl fmt::Display for Verdict {
@@ -270,11 +272,11 @@ fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let of_filter = [sampled.consistency, finer].into_iter().flatten().any(|found| found.mean > LOST);
     let by_chance = chance(sampled.rollouts);
     let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - by_chance * bits.standard_error);
-    let far_more = Verdict::FAR_MORE * predicted.cost.abs();
+    let far_more = Verdict::MUCH_MORE * predicted.cost.abs();
     let costs = costs_more(predicted, sampled) && surely(sampled) > far_more;
     let costs_on_finer_steps = sampled.finer.as_ref().is_some_and(|finer| {
         finer.cost_mean - chance(finer.rollouts) * finer.difference_standard_error
-            > far_more.max(Verdict::FAR_MORE * finer.own_cost_mean)
+            > far_more.max(Verdict::MUCH_MORE * finer.own_cost_mean)
     });
     of_filter || bits > Verdict::FAR_MORE * predicted.bits.max(1.0) || costs || costs_on_finer_steps
 }

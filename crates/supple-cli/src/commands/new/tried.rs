@@ -35,6 +35,8 @@ pub struct Tried<'a> {
     trust: Option<Trust>,
     /// What is wrong with it, for people.
     pub faults: Vec<String>,
+    /// Whether roll-outs with the softest mount find the steps too long.
+    softest_is_coarse: bool,
     /// What is wrong with its softest mount, for people: no reason for another posture.
     pub remarks: Vec<String>,
 }
@@ -57,6 +59,7 @@ impl<'a> Tried<'a> {
             touches: false,
             is_limited: false,
             trust: None,
+            softest_is_coarse: false,
             faults: Vec::new(),
             remarks: Vec::new(),
         };
@@ -120,6 +123,7 @@ impl<'a> Tried<'a> {
         self.draft = draft;
         self.is_complete = true;
         self.judge(&evaluation.tasks[0]);
+        self.softest_is_coarse = self.converged && self.is_coarse_at_softest(&phi);
         if self.converged && !self.is_limited {
             self.remarks.extend(softest.as_ref().map(of_softest));
         }
@@ -146,9 +150,22 @@ impl<'a> Tried<'a> {
         self.converged && self.touches && !self.is_limited && !self.is_doubtful()
     }
 
-    /// Whether roll-outs find the steps too long.
+    /// Whether roll-outs find the steps too long: those of the first design, or those with the softest mount, which a search is
+    /// likely to come to.
     pub fn is_coarse(&self) -> bool {
-        self.trust.as_ref().is_some_and(|trust| trust.substeps_advised.is_some())
+        self.softest_is_coarse || self.trust.as_ref().is_some_and(advises_substeps)
+    }
+
+    fn is_coarse_at_softest(&self, phi: &[f64]) -> bool {
+        let problem = &self.problem;
+        let Ok(k) = problem.parameters.index("k") else { return false };
+        let mut softest = phi.to_vec();
+        softest[k] = problem.parameters.get(k).bounds[0];
+        // Where no plan is found, a search finds none either.
+        let found = evaluate(problem, &softest, problem.rollouts(None), self.controls.clone());
+        let task = found.ok().and_then(|evaluation| evaluation.tasks.into_iter().next());
+        let task = task.filter(|task| task.status.is_converged());
+        task.and_then(|task| task.trust).as_ref().is_some_and(advises_substeps)
     }
 
     /// The draft with so many sub-steps.
@@ -271,6 +288,10 @@ fn beside(draft: &Draft, task: &TaskEvaluation) -> Option<String> {
              a smaller --set travel, a longer --set time, or --at"
         )
     })
+}
+
+fn advises_substeps(trust: &Trust) -> bool {
+    trust.substeps_advised.is_some()
 }
 
 /// The warning about a sensor that the task hardly needs.
