@@ -588,6 +588,7 @@ class TaskReport(Record):
         monte_carlo: Results of closed-loop roll-outs, if they were requested.
         trust: Whether the roll-outs agree with its predictions.
         trajectory: Its trajectory, if it was kept.
+        set: Parameters that it sets for itself, by name, whatever those of the design are.
     """
 
     name: str
@@ -611,3 +612,4 @@ class TaskReport(Record):
     monte_carlo: MonteCarlo | None
     trust: Trust | None
     trajectory: TrajectoryReport | None
+    set: dict[str, float] = field(default_factory=dict)

@@ -227,9 +227,25 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
     }
     let names = Rc::new(Names::new(parameters.names()).starting_at(parameters.initial()));
     let document = document.naming(names.clone());
-    let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
-    let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
-    let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters, &kinds)?;
+    let read_model = |document: &Document| {
+        let source = Source { document, parameters: &parameters, folder, kinds: &kinds };
+        candidates::equip(&source, source.read()?, sensors)
+    };
+    let (model, (catalogue, tables)) = read_model(&document)?;
+    // Tasks that set parameters have models of their own, in which these are numbers.
+    let mut variants = Vec::new();
+    for set in tasks::sets(&document, &parameters)? {
+        variants.push(match set.iter().any(Option::is_some) {
+            true => {
+                let document = parse_document(source, name)?.reading(document.files().clone());
+                let document = document.naming(Rc::new(names.setting(set.clone())));
+                let (model, _) = read_model(&document)?;
+                Some(tasks::Variant { document, model, set })
+            }
+            false => None,
+        });
+    }
+    let (tasks, of_tasks) = tasks::read((&document, &*model), &variants, &parameters, &kinds)?;
     tasks::check_enforced(&document, top.planning.plan)?;
     let files = model.files().into_iter().chain(tables).chain(catalogues).collect();
     let of_file = [angles::in_degrees(&document), of_tasks].concat();

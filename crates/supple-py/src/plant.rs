@@ -130,6 +130,12 @@ pub fn changed(
     if let (Some(count), Some(model)) = (substeps, table.get_mut("model").and_then(toml::Value::as_table_mut)) {
         model.insert("substeps".to_owned(), toml::Value::Integer(count.into()));
     }
+    for of_task in table.get_mut("tasks").and_then(toml::Value::as_array_mut).into_iter().flatten() {
+        if let Some(set) = of_task.get_mut("set").and_then(toml::Value::as_table_mut) {
+            // What is given counts for all tasks.
+            set.retain(|name, _| parameters.iter().all(|(given, _)| given != name));
+        }
+    }
     let text = text(table, &task.problem.parameters.names()).map_err(|error| errors::usage(py, &error))?;
     let mut texts: Vec<Source> = sources.clone();
     texts[0].text = text;

@@ -156,16 +156,17 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     plan = task.linearise(task=name)
     if plan.status in ("indefinite", "not_finite"):
         raise ComputeError(f"the plan of `{name}` ended as {plan.status}: there is no controller to validate")
-    truth = _truth(task._native, factors)
-    substeps = int(json.loads(task._native.tables())["model"].get("substeps", 1))
+    native = _of(task._native, name)
+    truth = _truth(native, factors)
+    substeps = int(json.loads(native.tables())["model"].get("substeps", 1))
     trial = _trial(truth, name, (plan, substeps), contact == "mujoco", factors)
     steps = trial.plant.substeps
-    idle = [key for key in factors if key not in trial.robot.scaled and not _varied(task._native, {key: factors[key]})]
+    idle = [key for key in factors if key not in trial.robot.scaled and not _varied(native, {key: factors[key]})]
     if idle:
         raise UsageError(f"vary: {idle[0]}: the robot of `{name}` has nothing that it would multiply")
     unvaried = trial
     if factors:
-        unvaried = _trial(task._native, name, (plan, substeps), contact == "mujoco", {}, steps)
+        unvaried = _trial(native, name, (plan, substeps), contact == "mujoco", {}, steps)
 
     def rolled_out(task: NativeTask, robot: Robot) -> dict[str, Any]:
         plant = Plant(robot, sizes[0], plan.time_step, steps)
@@ -174,10 +175,10 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
             runs["limits"] = [build(LimitShare, limit) for limit in _at_peaks(runs.get("limits", []), peaks)]
         return found
 
-    found = rolled_out(task._native, trial.robot)
-    stops = _stops(task._native, name)
+    found = rolled_out(native, trial.robot)
+    stops = _stops(native, name)
     if _reached(found["plant"], stops):
-        known = task._native.knowing([(name, plan.controls.tolist())])
+        known = native.knowing([(name, plan.controls.tolist())])
         stopped = rolled_out(known, trial.with_stops(stops))["plant"]
         # What is commanded may be outside of ranges; what acts is not.
         cut = {reported for of, (reported, _) in stops.items() if not of.startswith("q.")}
@@ -187,7 +188,7 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     costs = {where: np.asarray(found[where]["costs"], dtype=np.float64) for where in ("own", "plant")}
     both = np.isfinite(costs["own"]) & np.isfinite(costs["plant"])
     difference, interval = _mean(costs["plant"][both] - costs["own"][both])
-    states = [channel["name"] for channel in task._native.channels(name)["states"]]
+    states = [channel["name"] for channel in native.channels(name)["states"]]
     # What sensors recall of the last step is nothing that has to end anywhere.
     states = [state for state in states if not state.startswith("last.")]
     loops = [where for where in ("own", "plant", "stopped") if where in found]
@@ -200,7 +201,7 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
         points=trial.points,
         mujoco=trial.plant.step,
         unvaried=unvaried.plant.step,
-        supple=lambda count: _truth(task._native, {}, count),
+        supple=lambda count: _truth(native, {}, count),
         substeps=substeps,
         task=name,
         is_settled=trial.is_settled,
@@ -262,6 +263,13 @@ def _reached(runs: Mapping[str, Any], stops: Mapping[str, tuple[str, Any]]) -> b
     """Whether any roll-out reaches a stop or leaves a range; those that diverge do."""
     names = {reported for reported, _ in stops.values()}
     return runs["diverged"] > 0 or any(limit.share > 0.0 for limit in runs["limits"] if limit.name in names)
+
+
+def _of(task: NativeTask, name: str) -> NativeTask:
+    """The task file with the parameters that one of its tasks sets."""
+    tasks: list[dict[str, Any]] = json.loads(task.tables()).get("tasks", [])
+    numbers: dict[str, float] = next((one.get("set", {}) for one in tasks if one["name"] == name), {})
+    return task.changed([], list(numbers.items()), None) if numbers else task
 
 
 def _truth(task: NativeTask, factors: Mapping[str, float], substeps: int | None = None) -> NativeTask:

@@ -190,7 +190,10 @@ fn doubtful(at: &Evaluation) -> Option<String> {
     let of_task = |task: &TaskEvaluation| {
         let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds)?;
         Some(match trust.rollouts_needed.filter(|_| trust.needs_only_rollouts()) {
-            Some(needed) => format!("`supple evaluate` at this design with `--rollouts {needed}`: too few leave the cost of {} in doubt", task.name),
+            Some(needed) => format!(
+                "`supple evaluate` at this design with `--rollouts {needed}`: too few leave the cost of {} in doubt",
+                task.name
+            ),
             None => format!("mend what roll-outs of {} tell above, before its numbers are used", task.name),
         })
     };
@@ -200,7 +203,11 @@ fn doubtful(at: &Evaluation) -> Option<String> {
 /// That warnings come first.
 fn warned(at: &Evaluation) -> Option<String> {
     let count = at.warnings().count();
-    let what = if count == 1 { "mend what the warning above tells".to_owned() } else { format!("mend what the {count} warnings above tell") };
+    let what = if count == 1 {
+        "mend what the warning above tells".to_owned()
+    } else {
+        format!("mend what the {count} warnings above tell")
+    };
     (count > 0).then(|| format!("{what}, before these numbers are used"))
 }
 

@@ -1,6 +1,8 @@
 mod noise;
 mod reader;
 
+use std::collections::BTreeMap;
+
 use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use supple::Task;
@@ -12,9 +14,9 @@ use supple_model::document::{Content, Document, Place, Spanned};
 use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::noise::NoiseModel;
-use supple_model::parameters::Parameters;
+use supple_model::parameters::{Named, Parameters, Role};
 use supple_model::quantity::Context;
-use supple_text::{FileError, digits, significant};
+use supple_text::{FileError, digits, nearest, quoted, significant};
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
 use crate::followed;
@@ -73,6 +75,10 @@ pub(super) struct TaskFile {
     /// step, and measurement variances, including those of sensors, are divided by it.
     #[serde(default)]
     per: Per,
+    /// Numbers of parameters with role = "study" in this task alone, in place of their values: other payloads, walls, users.
+    #[serde(default)]
+    #[allow(dead_code)]
+    set: BTreeMap<String, f64>,
     /// Its noise.
     noise: NoiseFile,
     /// What it costs: a list of tables, each with a `kind`.
@@ -191,25 +197,76 @@ pub(super) fn check_enforced(document: &Document, plan: PlanMode) -> Result<(), 
     Ok(())
 }
 
-/// Reads `[[tasks]]`.
-///
-/// Also what looks like a mistake.
-pub(super) fn read(
-    document: &Document,
-    model: &dyn AnyModel,
-    parameters: &Parameters,
-    kinds: &Kinds,
-) -> Result<(Vec<Task>, Vec<String>), FileError> {
+/// A task's own reading of the file, in which some parameters stand for numbers.
+pub(super) struct Variant<'a> {
+    pub document: Document<'a>,
+    pub model: Box<dyn AnyModel>,
+    /// The numbers of all parameters that are set.
+    pub set: Vec<Option<f64>>,
+}
+
+/// The parameters that each task sets, `[tasks.set]`: one entry per parameter.
+pub(super) fn sets(document: &Document, parameters: &Parameters) -> Result<Vec<Vec<Option<f64>>>, FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
         Some(Content::List(list)) if !list.is_empty() => list.len(),
         _ => return Err(document.error(&at, "must be a list of one or more tables: [[tasks]]")),
     };
-    let mut tasks: Vec<Task> = Vec::with_capacity(count);
+    let of_task = |index: usize| {
+        let mut numbers = vec![None; parameters.len()];
+        let at = ["tasks".into(), index.into(), "set".into()];
+        if document.get(&at).is_none() {
+            return Ok(numbers);
+        }
+        for (name, number) in document.read::<BTreeMap<String, f64>>(&at)? {
+            let here = [at[0], at[1], at[2], Place::Key(&name)];
+            let study = || parameters.iter().filter(|parameter| parameter.role == Role::Study);
+            let valid: Vec<&str> = study().map(|parameter| parameter.name.as_str()).collect();
+            let Some(place) = parameters.iter().position(|parameter| parameter.name == name) else {
+                let message =
+                    format!("no parameter is named `{name}`; those with role = \"study\": {}", quoted(&valid));
+                return Err(FileError { help: nearest(&name, &valid), ..document.error_at_key(&here, message) });
+            };
+            let parameter = parameters.get(place);
+            if parameter.role != Role::Study {
+                let message =
+                    format!("`{name}` is shared by all tasks: a task may only set parameters with role = \"study\"");
+                return Err(document
+                    .error_at_key(&here, message)
+                    .with_help("give it that role, or a number in each task's costs"));
+            }
+            let [lower, upper] = parameter.bounds;
+            if !(lower..=upper).contains(&number) {
+                let [lower, upper, found] = [lower, upper, number].map(digits);
+                return Err(document
+                    .error(&here, format!("must be within the bounds [{lower}, {upper}] of `{name}`; found {found}")));
+            }
+            numbers[place] = Some(number);
+        }
+        Ok(numbers)
+    };
+    (0..count).map(of_task).collect()
+}
+
+/// Reads `[[tasks]]`, given the file with its model, and the variants of tasks that set parameters.
+///
+/// Also what looks like a mistake.
+pub(super) fn read(
+    (document, model): (&Document, &dyn AnyModel),
+    variants: &[Option<Variant>],
+    parameters: &Parameters,
+    kinds: &Kinds,
+) -> Result<(Vec<Task>, Vec<String>), FileError> {
+    let mut tasks: Vec<Task> = Vec::with_capacity(variants.len());
     let mut doubts = Vec::new();
-    for index in 0..count {
+    for (index, variant) in variants.iter().enumerate() {
+        let own = variant.as_ref().map(|variant| (&variant.document, &*variant.model));
+        let (document, model) = own.unwrap_or((document, model));
         let read = Reader { document, index, parameters, kinds }.read(model);
         let (task, doubtful) = read.map_err(|error| misplaced(error, index, &model.vocabulary().states))?;
+        let numbers = variant.iter().flat_map(|variant| parameters.iter().zip(&variant.set));
+        let set = numbers.filter_map(|(parameter, number)| Some((parameter.name.clone(), (*number)?))).collect();
+        let task = Task { set: Named(set), ..task };
         if tasks.iter().any(|other| other.name == task.name) {
             let at = ["tasks".into(), index.into(), "name".into()];
             return Err(document.error(&at, format!("`{}` names two tasks", task.name)));

@@ -19,6 +19,12 @@ impl Named {
         Self(parameters.iter().map(|p| p.name.clone()).zip(values.iter().copied()).collect())
     }
 
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The value of `name`.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {

@@ -1,11 +1,12 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use serde::de::value::MapDeserializer;
 use serde::de::{Error, Visitor};
 
 use super::error::ValueError;
-use super::expression::Expression;
+use super::expression::{Expression, Tree};
 use super::handle::ParameterHandle;
 use super::parse::parse;
 use super::{Value, is_name};
@@ -18,15 +19,35 @@ pub struct Names {
     declared: Vec<String>,
     /// Their initial values, where they are known.
     initial: Option<Vec<f64>>,
-    used: RefCell<Vec<bool>>,
+    /// The numbers that some of them stand for; empty if all are parameters.
+    set: Vec<Option<f64>>,
+    used: Rc<RefCell<Vec<bool>>>,
 }
 
 impl Names {
     /// The names of all parameters, in their order; none is used yet.
     #[must_use]
     pub fn new(declared: Vec<String>) -> Self {
-        let used = RefCell::new(vec![false; declared.len()]);
-        Self { declared, initial: None, used }
+        let used = Rc::new(RefCell::new(vec![false; declared.len()]));
+        Self { declared, initial: None, set: Vec::new(), used }
+    }
+
+    /// The same names, of which some stand for numbers: one entry per name. Which of them were used is known to both.
+    ///
+    /// ```
+    /// use supple_model::Value;
+    /// use supple_model::value::Names;
+    ///
+    /// let names = Names::new(vec!["k".into(), "mass".into()]);
+    /// let loaded = names.setting(vec![None, Some(3.0)]);
+    /// assert_eq!(loaded.value("mass")?, Value::Number(3.0));
+    /// assert_eq!(loaded.value("k * mass")?.resolve::<f64>(&[2.0, 1.0]), 6.0);
+    /// assert!(names.unused().is_empty());
+    /// # Ok::<(), supple_model::ValueError>(())
+    /// ```
+    #[must_use]
+    pub fn setting(&self, set: Vec<Option<f64>>) -> Self {
+        Self { declared: self.declared.clone(), initial: self.initial.clone(), set, used: self.used.clone() }
     }
 
     /// The same with the parameters' initial values, at which every value must be finite.
@@ -44,7 +65,7 @@ impl Names {
     }
 
     /// Gives text in place of a number to a visitor that requested a value: a map with the text as its only key, to the
-    /// index of each name in it.
+    /// index of each name in it and, where it stands for one, its number.
     ///
     /// # Errors
     /// As of [`value`](Self::value), and those of the visitor.
@@ -53,16 +74,19 @@ impl Names {
         visitor.visit_map(MapDeserializer::new(std::iter::once((text, indices))))
     }
 
-    /// The value, and the index of each name in the text.
-    fn read(&self, text: &str) -> Result<(Value, BTreeMap<String, usize>), ValueError> {
+    /// The value, and what each name in the text stands for.
+    fn read(&self, text: &str) -> Result<(Value, BTreeMap<String, Vec<f64>>), ValueError> {
         let mut indices = BTreeMap::new();
-        let mut index_of = |name: &str| {
+        let mut leaf_of = |name: &str| {
             let index = self.declared.iter().position(|declared| declared == name)?;
             self.used.borrow_mut()[index] = true;
-            indices.insert(name.to_owned(), index);
-            Some(index)
+            let number = self.set.get(index).copied().flatten();
+            let stands_for: Vec<f64> = std::iter::once(index as f64).chain(number).collect();
+            let leaf = leaf(&stands_for);
+            indices.insert(name.to_owned(), stands_for);
+            leaf
         };
-        let value = Value::read(text, &mut index_of, &self.declared)?;
+        let value = Value::read(text, &mut leaf_of, &self.declared)?;
         match self.initial.as_ref().map(|initial| value.resolve::<f64>(initial)) {
             Some(found) if !found.is_finite() => Err(ValueError::NotFiniteAtFirst { text: text.to_owned(), found }),
             _ => Ok((value, indices)),
@@ -83,11 +107,13 @@ impl Value {
     /// What is wrong with it.
     pub(super) fn read(
         text: &str,
-        index_of: &mut impl FnMut(&str) -> Option<usize>,
+        leaf_of: &mut impl FnMut(&str) -> Option<Tree>,
         declared: &[String],
     ) -> Result<Self, ValueError> {
-        if let Some(index) = index_of(text) {
-            return Ok(Self::Parameter(ParameterHandle::at(index)));
+        match leaf_of(text) {
+            Some(Tree::Parameter(index)) => return Ok(Self::Parameter(ParameterHandle::at(index))),
+            Some(Tree::Number(number)) => return Ok(Self::Number(number)),
+            _ => {}
         }
         if text.trim().is_empty() {
             return Err(ValueError::Empty { text: text.to_owned() });
@@ -95,7 +121,7 @@ impl Value {
         if text.parse::<f64>().is_ok() {
             return Err(undeclared(text, declared));
         }
-        let known = |name: &str| index_of(name).ok_or_else(|| undeclared(name, declared));
+        let known = |name: &str| leaf_of(name).ok_or_else(|| undeclared(name, declared));
         // `a-b` may be intended as a name or as a difference.
         let tree = parse(text, &mut { known })
             .map_err(|error| if is_name(text) { undeclared(text, declared) } else { error })?;
@@ -105,6 +131,15 @@ impl Value {
         }
         let number = expression.resolve::<f64>(&[]);
         if number.is_finite() { Ok(Self::Number(number)) } else { Err(ValueError::NotANumber { found: number }) }
+    }
+}
+
+/// What a name stands for: the index of a parameter, and the number that it is set to, if any.
+pub(super) fn leaf(stands_for: &[f64]) -> Option<Tree> {
+    match *stands_for {
+        [_, number] => Some(Tree::Number(number)),
+        [index] => Some(Tree::Parameter(index as usize)),
+        _ => None,
     }
 }
 

@@ -21,10 +21,10 @@ enum Parsed {
     Call(String, Box<Parsed>),
 }
 
-/// Parses text into an expression, given the index of each name; the error describes what is wrong.
+/// Parses text into an expression, given what each name stands for; the error describes what is wrong.
 pub(super) fn parse(
     text: &str,
-    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, ValueError>,
+    leaf_of: &mut impl FnMut(&str) -> std::result::Result<Tree, ValueError>,
 ) -> std::result::Result<Tree, ValueError> {
     let [open, closed] = ['(', ')'].map(|symbol| text.matches(symbol).count());
     if text.len() > MOST_CHARACTERS || open > MOST_OPEN {
@@ -37,30 +37,30 @@ pub(super) fn parse(
         let (before, after) = text.split_at(error.offset());
         ValueError::Unexpected { before: before.trim().to_owned(), after: after.trim().to_owned() }
     })?;
-    bind(parsed, index_of)
+    bind(parsed, leaf_of)
 }
 
 fn bind(
     parsed: Parsed,
-    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, ValueError>,
+    leaf_of: &mut impl FnMut(&str) -> std::result::Result<Tree, ValueError>,
 ) -> std::result::Result<Tree, ValueError> {
     Ok(match parsed {
         Parsed::Number(number) => Tree::Number(number),
-        Parsed::Name(name) => Tree::Parameter(index_of(&name)?),
-        Parsed::Negative(of) => match bind(*of, index_of)? {
+        Parsed::Name(name) => leaf_of(&name)?,
+        Parsed::Negative(of) => match bind(*of, leaf_of)? {
             Tree::Number(number) => Tree::Number(-number),
             of => Tree::Negative(Box::new(of)),
         },
         Parsed::Binary(operator, of) => {
             let [a, b] = *of;
-            Tree::Binary(operator, Box::new([bind(a, index_of)?, bind(b, index_of)?]))
+            Tree::Binary(operator, Box::new([bind(a, leaf_of)?, bind(b, leaf_of)?]))
         }
         Parsed::Call(name, of) => {
             let known = Function::ALL.iter().find(|(known, _)| *known == name);
             let Some(&(_, function)) = known else {
                 return Err(ValueError::UnknownFunction { name });
             };
-            Tree::Function(function, Box::new(bind(*of, index_of)?))
+            Tree::Function(function, Box::new(bind(*of, leaf_of)?))
         }
     })
 }

@@ -1,5 +1,5 @@
 //! Reads values from files. Serde passes no context to nested fields, so a value requests itself by the name [`VALUE`],
-//! and a reader that has the names of parameters responds with a map: the text, and in it the index of each name.
+//! and a reader that has the names of parameters responds with a map: the text, and in it what each name stands for.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::de::{self, Deserialize, Deserializer, Error, MapAccess, SeqAccess, Un
 
 use super::Value;
 use super::error::ValueError;
-use super::names::Names;
+use super::names::{Names, leaf};
 
 /// The newtype name by which values identify themselves to readers.
 pub const VALUE: &str = "$supple::Value";
@@ -36,10 +36,10 @@ impl<'de> Visitor<'de> for One {
     }
     /// What a reader with names responds: see [`Names::respond`].
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
-        let Some((text, indices)) = map.next_entry::<String, BTreeMap<String, usize>>()? else {
+        let Some((text, indices)) = map.next_entry::<String, BTreeMap<String, Vec<f64>>>()? else {
             return Err(A::Error::invalid_type(Unexpected::Map, &self));
         };
-        Value::read(&text, &mut |name| indices.get(name).copied(), &[]).map_err(A::Error::custom)
+        Value::read(&text, &mut |name| indices.get(name).and_then(|of| leaf(of)), &[]).map_err(A::Error::custom)
     }
     /// Reached if the reader has no names of parameters.
     fn visit_str<E: Error>(self, text: &str) -> Result<Value, E> {

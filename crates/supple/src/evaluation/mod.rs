@@ -184,6 +184,7 @@ fn evaluate_task(
     let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, substeps));
     Ok(TaskEvaluation {
         name: task.name.clone(),
+        set: task.set.clone(),
         status,
         iterations: state.plan.iterations,
         stationarity: state.plan.stationarity,

@@ -147,6 +147,9 @@ pub struct Objective {
 pub struct TaskEvaluation {
     /// Its name.
     pub name: String,
+    /// The parameters that it sets for itself, whatever those of the design are.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub set: Named,
     /// How its plan ended.
     pub status: PlanStatus,
     /// Iterations of its plan, from the guess that led there.

@@ -8,7 +8,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{ControlBounds, Dimensions};
 use supple_model::document::Unfit;
 use supple_model::noise::NoiseModel;
-use supple_model::parameters::Parameters;
+use supple_model::parameters::{Named, Parameters};
 use supple_model::system::{RollOut, System, holding_controls};
 use supple_model::{Trajectory, Value};
 
@@ -306,6 +306,8 @@ pub struct Task {
     pub control_bounds: Option<ControlBounds>,
     /// Its noise.
     pub noise: NoiseModel,
+    /// Parameters that its model, costs and noise have as numbers, whatever the parameters of the problem are.
+    pub set: Named,
     /// Why its model may not be the system that is meant, such as parts of a file that are left out: warnings of every result.
     pub doubts: Vec<String>,
     /// Why derivatives of its model are wrong, such as values that jump: warnings of every result.
@@ -365,6 +367,7 @@ impl Task {
             known_controls: None,
             control_bounds: None,
             noise,
+            set: Named::default(),
             doubts: Vec::new(),
             doubtful_derivatives: Vec::new(),
             system,

@@ -41,6 +41,7 @@ mod sensing;
 mod sensors;
 mod sequence;
 mod sequential;
+mod set;
 mod simulation;
 mod substeps;
 mod tasks;

@@ -9,7 +9,7 @@ use proptest::test_runner::{Config, RngSeed};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 use supple::noise::{Covariance, NoiseModel};
-use supple::parameters::{Parameter, Parameters};
+use supple::parameters::{Named, Parameter, Parameters};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::system::System;
@@ -40,6 +40,7 @@ pub fn task(
         known_controls: None,
         control_bounds: None,
         noise,
+        set: Named::default(),
         doubts: Vec::new(),
         doubtful_derivatives: Vec::new(),
         system: Arc::new(system),
