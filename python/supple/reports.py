@@ -254,6 +254,13 @@ class Stability(Record):
     suggested_time_step: float | None
     suggested_substeps: int | None
 
+    def _advice(self) -> str:
+        """What is wrong with it, and what to do."""
+        use = [] if self.suggested_time_step is None else [f"use at most {self.suggested_time_step:g} s"]
+        use += [] if self.suggested_substeps is None else [f"substeps = {self.suggested_substeps}"]
+        advice = f"; {', or '.join(use)}" if use else ""
+        return f"time_step = {self.time_step:g} s is too large for the stiff parts of the model{advice}"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LimitReached(Record):

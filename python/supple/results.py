@@ -209,6 +209,8 @@ class _Evaluated:
                 (name, f"{task.information.total_bits:.6g} bits measured, cost {task.cost.expected:.6g}{bound}{status}")
             )
         rows.append(("feasible", "yes" if self.feasible else "no"))
+        if all(task.monte_carlo is None for task in self.tasks.values()):
+            rows.append(("roll-outs", "none: with `rollouts=200`, they tell whether these predictions hold"))
         rows.extend(("warning", warning) for name, task in self.tasks.items() for warning in _doubts(name, task))
         return rows
 
@@ -224,8 +226,10 @@ def _adds_up(weights: list[float], bits: list[float | None], total: float) -> bo
 def _doubts(name: str, task: TaskReport) -> list[str]:
     """Why the numbers of a task cannot be trusted."""
     trust = task.trust
-    of_rollouts = trust.reasons if trust is not None and trust.verdict != "holds" else []
-    return [*task.warnings, *(f"task `{name}`: {reason}" for reason in of_rollouts)]
+    reasons = list(trust.reasons) if trust is not None and trust.verdict != "holds" else []
+    if task.stability.numerically_unstable:
+        reasons.append(task.stability._advice())
+    return [*task.warnings, *(f"task `{name}`: {reason}" for reason in reasons)]
 
 
 class _OfDesign(Result):

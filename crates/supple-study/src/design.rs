@@ -109,7 +109,19 @@ pub struct DesignReport {
     pub report_seconds: f64,
 }
 
+/// A cost is at its limit up to this share of it.
+const AT_LIMIT: f64 = 1e-3;
+
 impl DesignReport {
+    /// Whether the cost of a task is at its limit. Needed information is that at the limit, whatever the design costs: the limit may
+    /// then have a price although the cost is below it.
+    #[must_use]
+    pub fn is_at_limit(&self, task: usize) -> bool {
+        let cost = self.optimum.tasks.get(task).map(|task| &task.cost);
+        let ends = cost.and_then(|cost| Some((cost.expected, cost.bound?)));
+        ends.is_some_and(|(expected, bound)| expected >= bound - AT_LIMIT * bound.abs())
+    }
+
     /// How many starts converged to the best design that any found, and how many to worse optima. Starts take no notice of
     /// catalogues.
     pub fn agreement(&self) -> (usize, usize) {

@@ -104,7 +104,10 @@ fn results(about: &About, report: &DesignReport) -> Rows {
             _ if missed.is_some() => "missed".into(),
             Some(price) => {
                 let (saved, all) = (price.nats_per_unit / std::f64::consts::LN_2, optimum.objective.information_bits);
-                format!("limit active; {}", saves("cost", saved, all, number))
+                match report.is_at_limit(index) {
+                    true => format!("limit active; {}", saves("cost", saved, all, number)),
+                    false => format!("met; what is needed depends on it: {}", saves("limit", saved, all, number)),
+                }
             }
             None => String::new(),
         };

@@ -208,9 +208,13 @@ fn against_bound(report: &DesignReport, index: usize, bound: f64) -> String {
     let bound = number(bound);
     match standing {
         Standing::Missed => format!("this exceeds its cost limit of {bound}"),
-        Standing::Active { rate, all } => {
+        Standing::Active { rate, all } if report.is_at_limit(index) => {
             format!("its cost limit of {bound} is active; {}", saves("cost", rate, all, number))
         }
+        Standing::Active { rate, all } => format!(
+            "its cost limit of {bound} is met, and what is needed depends on it: {}",
+            saves("limit", rate, all, number)
+        ),
         Standing::Met => format!("its cost limit of {bound} is met but not active"),
     }
 }
@@ -356,7 +360,12 @@ fn cost_remark(report: &DesignReport, task: usize, bound: Option<f64>) -> [Strin
     let Some(bound) = bound else { return ["none".into(), String::new()] };
     let note = match Standing::of_cost(report, task) {
         Standing::Missed => "missed".into(),
-        Standing::Active { rate, all } => format!("limit active; {}", saves("cost", rate, all, number)),
+        Standing::Active { rate, all } if report.is_at_limit(task) => {
+            format!("limit active; {}", saves("cost", rate, all, number))
+        }
+        Standing::Active { rate, all } => {
+            format!("met; what is needed depends on it: {}", saves("limit", rate, all, number))
+        }
         Standing::Met => "met".into(),
     };
     [number(bound), note]

@@ -25,6 +25,11 @@ const WITHOUT_PRODUCTS: &str = "the products of inertia are invalid; correct the
 const UNITS: &str = "numbers of robot files are in kg, m and s; check the unit and the exponent";
 /// Greatest radius of gyration, and greatest distance within a link, that is not suspicious, m.
 const WIDEST: f64 = 10.0;
+/// Masses of links above this are probably in other units, kg.
+const HEAVIEST: f64 = 1000.0;
+/// Limits of revolute joints above this are probably in degrees, rad; and those above the next stand for none.
+const MOST_TURNED: f64 = 30.0;
+const UNLIMITED: f64 = 1000.0;
 /// Excess over the triangle inequality attributed to rounding in a file.
 const EXCESS: f64 = 0.01;
 
@@ -87,6 +92,9 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
             format!("its centre of mass is {} m away from the origin of the link; lengths must be in m", three(away))
         });
     }
+    if mass > HEAVIEST {
+        warnings.note("heavy", *at, || format!("its mass is {} kg; masses must be in kg", three(mass)));
+    }
     if mass == 0.0 && greatest > 0.0 {
         warnings.note("no mass", *at, || "it has moments of inertia but no mass".to_owned());
     }
@@ -114,18 +122,18 @@ pub(super) fn check_joint(joint: &mut JointPart, warnings: &mut Warnings) -> Res
             return Err(joint.at.error(message).with_help(UNITS));
         }
     }
+    let away = joint.own.origin.position.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if away > WIDEST {
+        warnings.note("far joint", joint.at, || {
+            format!("it is {} m away from the origin of its parent link; lengths must be in m", three(away))
+        });
+    }
     if joint.own.kind == JointKind::Fixed {
         joint.own.axis = [1.0, 0.0, 0.0];
         joint.own.limits = Limits::default();
         (joint.own.damping, joint.own.friction, joint.own.armature, joint.own.stiffness) = (0.0, 0.0, 0.0, 0.0);
         (joint.own.reference, joint.own.rest) = (0.0, 0.0);
         return Ok(());
-    }
-    let away = joint.own.origin.position.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if away > WIDEST {
-        warnings.note("far joint", joint.at, || {
-            format!("it is {} m away from the origin of its parent link; lengths must be in m", three(away))
-        });
     }
     joint.own.axis = unit(joint.own.axis).ok_or_else(|| {
         let [x, y, z] = joint.own.axis.map(digits);
@@ -157,6 +165,12 @@ pub(super) fn check_joint(joint: &mut JointPart, warnings: &mut Warnings) -> Res
         let (lower, upper) = (digits(lower), digits(upper));
         let message = format!("the lower limit {lower} is greater than the upper limit {upper}");
         return Err(joint.at.error_about("lower", message));
+    }
+    let greatest = [lower, upper].into_iter().map(f64::abs).filter(|&limit| limit < UNLIMITED).fold(0.0, f64::max);
+    if joint.own.kind == JointKind::Revolute && greatest > MOST_TURNED {
+        warnings.note("far limit", joint.at, || {
+            format!("its limits of {} and {} must be in rad", three(lower), three(upper))
+        });
     }
     Ok(())
 }

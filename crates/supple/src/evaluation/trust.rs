@@ -20,6 +20,8 @@ const TOLERATED: f64 = 0.1;
 /// than the next.
 const TOLERATED_OF_NOISE: f64 = 1.0;
 const UNSEEN: f64 = 2e-3;
+/// Differences below this share of a prediction are rounding.
+const NO_DIFFERENCE: f64 = 1e-9;
 /// Differences below this many bits do not matter either.
 const TOLERATED_BITS: f64 = 0.5;
 /// How likely a sampled mean may be off by more than by chance: by three standard errors of many samples.
@@ -413,7 +415,7 @@ fn noise_differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
 /// What differs from predictions by more than chance, and by no more than is tolerated.
 fn small_differences(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
     let (error, _) = cost_error(predicted, sampled);
-    let by_cost = error.is_finite() && sampled.difference.abs() > error;
+    let by_cost = error.is_finite() && sampled.difference.abs() > error.max(NO_DIFFERENCE * predicted.cost.abs());
     let by_filter = sampled.consistency.is_some_and(|found| (found.mean - 1.0).abs() > inconsistent_by_chance(&found));
     let said = |what: &str, tolerated: f64| {
         format!(

@@ -35,7 +35,10 @@ impl Build<'_> {
         let actuators = self.robot.actuators.clone();
         let own = || actuators.iter().filter(|actuator| self.dof_of(actuator).is_some());
         let names = match actuated {
-            Some(names) => names,
+            Some(names) => {
+                self.doubt_passive(&names);
+                names
+            }
             None if own().next().is_some() => own().map(|actuator| actuator.name.clone()).collect(),
             None => {
                 let passive: Vec<&str> = self.passive_joints().collect();
@@ -85,6 +88,21 @@ impl Build<'_> {
             return Err(self.error(&keys, message));
         }
         Ok(drives)
+    }
+
+    /// That joints which the robot's file gives no effort, unlike others, are driven all the same.
+    fn doubt_passive(&mut self, names: &[String]) {
+        let is_passive = |name: &&String| self.robot.joint(name).is_some_and(|at| self.robot.joints[at].limits.effort == 0.0);
+        let passive: Vec<String> = names.iter().filter(is_passive).cloned().collect();
+        for name in passive {
+            let message = format!(
+                "drives joint `{name}`, whose effort limit in the robot's file is 0: there, it has no drive. Leave it out, or give \
+                 it another limit"
+            );
+            let warning = self.error(&["actuated".into()], message).to_string();
+            self.robot.warnings.push(warning.clone());
+            self.robot.every_warning.push(warning);
+        }
     }
 
     /// Adds an actuator if the task gives the joint's drive a stiffness or damping; returns its index in the robot.
