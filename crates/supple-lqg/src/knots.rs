@@ -4,7 +4,8 @@ use supple_kernels::Matrices;
 
 use crate::Error;
 use crate::arrays::Entries;
-use crate::given::{COST, Given, check_count, check_some};
+use crate::dense::are_finite;
+use crate::given::{COST, DYNAMICS, Given, OUTPUT, check_count, check_some};
 
 /// Lengths of a model's vectors.
 ///
@@ -156,8 +157,8 @@ impl Knots {
         let (joint, steps) = (self.dimensions.joint(), self.steps());
         check_some("the state", n)?;
         let arrays = [
-            Given { what: "the dynamics [A B]", array: &self.dynamics, shape: (n, joint), count: 0 },
-            Given { what: "the measurement matrix C", array: &self.measurement, shape: (p, n), count: steps + 1 },
+            Given { what: DYNAMICS, array: &self.dynamics, shape: (n, joint), count: 0 },
+            Given { what: OUTPUT, array: &self.measurement, shape: (p, n), count: steps + 1 },
             Given { what: COST, array: &self.cost, shape: (joint, joint + 1), count: steps + 1 },
         ];
         arrays.iter().try_for_each(Given::check_shape)?;
@@ -177,12 +178,25 @@ impl Knots {
             (&self.cost, "the cost's derivative"),
         ];
         for (matrices, what) in parts {
-            let bad = (0..matrices.count()).find(|&t| matrices.at(t).iter().any(|v| !v.is_finite()));
+            let bad = (0..matrices.count()).find(|&t| !are_finite(matrices.at(t)));
             if let Some(step) = bad {
                 return Err(Error::NotFinite { what, step });
             }
         }
         Ok(())
+    }
+
+    /// The first array and step that a Kalman filter reads and that is not finite, as an error.
+    #[cold]
+    pub(crate) fn not_finite_of_filter(&self, reads_output: bool) -> Option<Error> {
+        let (n, stride) = (self.dimensions.states, self.dynamics.stride());
+        let has_bad_row = |t: &usize| self.dynamics.at(*t).chunks(stride).any(|row| !are_finite(&row[..n]));
+        if let Some(step) = (0..self.steps()).find(has_bad_row) {
+            return Some(Error::NotFinite { what: DYNAMICS, step });
+        }
+        let mut outputs = 0..if reads_output { self.measurement.count() } else { 0 };
+        let step = outputs.find(|&t| !are_finite(self.measurement.at(t)))?;
+        Some(Error::NotFinite { what: OUTPUT, step })
     }
 }
 

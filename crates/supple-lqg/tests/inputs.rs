@@ -204,3 +204,100 @@ fn information_of_measurements_beyond_the_range_of_numbers_is_refused() {
         assert!(told.contains("not finite") || told.contains("positive definite"), "{gain:e}: {told}");
     }
 }
+
+/// The lower triangle alone is factorised: the upper one must be refused where it differs.
+#[test]
+fn measurement_covariances_that_are_asymmetric_or_not_positive_are_refused() {
+    let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0], [0.0, 1.0]]);
+    let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
+    let alone = Knots::linear(STEPS, plant).unwrap();
+    let policy = solved(&alone);
+    let of = |measurement: Matrices| Noise { measurement, initial: diagonal(0.01, 0.01), process: diagonal(0.0, 0.0) };
+    let valid = of(diagonal(1e-4, 1e-2));
+    let belief = filtered(&alone, &valid).unwrap();
+    let asymmetric = "the measurement covariance must be symmetric and positive semidefinite; at step 0 entry [1][0] is 0.0, \
+                      and [0][1] is 0.001";
+    let indefinite = "the measurement covariance is not positive definite at step 0";
+    let correlated = constant(&[[1e-4, 1e-1], [1e-1, 1e-2]]);
+    for knots in [alone.clone(), Knots { picks: Some(vec![0, 1]), ..alone.clone() }] {
+        for (measurement, why) in [
+            (constant(&[[1e-4, 1e-3], [0.0, 1e-2]]), asymmetric),
+            (diagonal(-1e-9, 1e-2), indefinite),
+            (diagonal(0.0, 1e-2), indefinite),
+            (diagonal(1e-4, 0.0), indefinite),
+            (correlated.clone(), indefinite),
+        ] {
+            let noise = of(measurement);
+            assert_eq!(refused(filtered(&knots, &noise)), why);
+            assert_eq!(refused(information(&belief, &noise, &mut Information::default())), why);
+            assert_eq!(refused(control_information(&knots, &policy, &belief, &noise)), why);
+        }
+    }
+    // Also where nothing is uncertain, so that the innovation covariance is `V` itself.
+    let known = Noise { initial: diagonal(0.0, 0.0), ..of(correlated) };
+    assert_eq!(refused(filtered(&alone, &known)), indefinite);
+    let rounded = of(constant(&[[1e-4, 1e-4], [1e-4 + 1e-15, 1e-2]]));
+    assert!(filtered(&alone, &rounded).is_ok());
+    let late = sequence(&(0..=STEPS).map(|t| [[1.0, if t == 7 { 0.1 } else { 0.0 }], [0.0, 1.0]]).collect::<Vec<_>>());
+    assert!(refused(filtered(&alone, &of(late))).contains("at step 7 entry [1][0] is 0.0, and [0][1] is 0.1"));
+}
+
+/// Whichever number it is, it is found and named: no result is NaN, and nothing else is blamed.
+#[test]
+fn numbers_that_are_not_finite_are_named_by_sweeps() {
+    let (knots, noise) = plant();
+    let lq = |knots: &Knots, regularisation: Regularisation| {
+        let mut policy = Policy::zeros(knots.dimensions, knots.steps());
+        refused(solve_riccati(&knots.dynamics, &knots.cost, regularisation, &mut policy))
+    };
+    let regularised = Regularisation { control: 1e-3, state: 1e-3 };
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for step in [0, 3, STEPS - 1] {
+            for (row, col) in (0..2).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                let mut of = knots.clone();
+                of.dynamics.set(step, row, col, bad);
+                let why = format!("the dynamics [A B] is not finite at step {step}");
+                for regularisation in [Regularisation::default(), regularised] {
+                    assert_eq!(lq(&of, regularisation), why, "{bad} {row} {col}");
+                }
+                let is_read = col < 2;
+                assert_eq!(refused(filtered(&of, &noise)), if is_read { &*why } else { "accepted" });
+                let picks = Knots { picks: Some(vec![0]), ..of.clone() };
+                assert_eq!(refused(filtered(&picks, &noise)), if is_read { &*why } else { "accepted" });
+                let unmeasured = Knots {
+                    dimensions: Dimensions { measurements: 0, ..of.dimensions },
+                    measurement: Matrices::zeros(STEPS + 1, 0, 2),
+                    ..of.clone()
+                };
+                let silent = Noise { measurement: constant(&[[0.0; 0]; 0]), ..noise.clone() };
+                assert_eq!(refused(filtered(&unmeasured, &silent)), if is_read { &*why } else { "accepted" });
+            }
+            // The lower triangle, and the slope.
+            for (row, col) in (0..3).flat_map(|i| (0..=i).chain([3]).map(move |j| (i, j))) {
+                let mut of = knots.clone();
+                of.cost.set(step, row, col, bad);
+                for regularisation in [Regularisation::default(), regularised] {
+                    let why = format!("the cost [l_zz l_z] is not finite at step {step}");
+                    assert_eq!(lq(&of, regularisation), why, "{bad} {row} {col}");
+                }
+            }
+            let mut of = knots.clone();
+            of.measurement.set(step, 0, 1, bad);
+            assert_eq!(refused(filtered(&of, &noise)), format!("the measurement matrix C is not finite at step {step}"));
+            assert_eq!(refused(filtered(&Knots { picks: Some(vec![0]), ..of }, &noise)), "accepted");
+        }
+        let mut of = knots.clone();
+        of.cost.set(STEPS, 1, 0, bad);
+        assert_eq!(lq(&of, Regularisation::default()), "the cost [l_zz l_z] is not finite at step 10");
+    }
+    // Finite numbers whose products are not.
+    let mut large = knots.clone();
+    large.cost.set(4, 0, 3, 1e300);
+    large.dynamics.set(3, 0, 0, 1e100);
+    assert_eq!(lq(&large, Regularisation::default()), "the cost-to-go is not finite at step 3");
+    let growing = LinearQuadratic { a: &[[1e20]], b: &[[1.0]], c: &[[0.0]], q: &[[1.0]], r: &[[1.0]] };
+    let one = constant(&[[1.0]]);
+    let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+    let found = refused(filtered(&Knots::linear(STEPS, growing).unwrap(), &noise));
+    assert!(found.contains("finite") || found.contains("positive definite"), "{found}");
+}
