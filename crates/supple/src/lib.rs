@@ -83,9 +83,10 @@ pub use controller::{Controller, ControllerRun};
 pub use elsewhere::{Elsewhere, Other, Runs};
 pub use error::Error;
 pub use evaluation::{
-    ContactCurve, ControllerReport, CostCurve, CostReport, CostTerm, EvaluateOptions, Evaluation, FrozenReport, GradientReport,
-    InformationReport, LimitReached, MeasurementReport, NeededInformation, Objective, PlanCheck, QuantityCurve,
-    TargetReport, TaskEvaluation, TotalReport, TrajectoryReport, Trust, UsedInformation, Verdict, number_warnings, plan_warnings,
+    ContactCurve, ControllerReport, CostCurve, CostReport, CostTerm, EvaluateOptions, Evaluation, FrozenReport,
+    GradientReport, InformationReport, LimitReached, MeasurementReport, NeededInformation, Objective, PlanCheck,
+    QuantityCurve, TargetReport, TaskEvaluation, TotalReport, TrajectoryReport, Trust, UsedInformation, Verdict,
+    number_warnings, plan_warnings,
 };
 pub use feasibility::{FEASIBILITY, meets, violation};
 pub use growth::stability;

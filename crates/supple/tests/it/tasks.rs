@@ -43,7 +43,8 @@ fn every_task_covers_the_way_to_its_targets() {
             let missed: Vec<_> = task.cost.missed_targets().collect();
             assert!(missed.is_empty(), "{file}, {}: {missed:?}", task.name);
             let along = &task.trajectory.as_ref().unwrap().quantities;
-            let of_terms = terms.iter().enumerate().flat_map(|(cost, term)| term.targets.iter().map(move |to| (cost, to)));
+            let of_terms =
+                terms.iter().enumerate().flat_map(|(cost, term)| term.targets.iter().map(move |to| (cost, to)));
             for (cost, to) in of_terms {
                 let of = format!("cost {}", cost + 1);
                 if let Some(curve) = along.iter().find(|curve| curve.of == of && curve.name == to.name) {
