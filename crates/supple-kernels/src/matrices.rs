@@ -195,6 +195,7 @@ impl Matrices {
     /// three.set(1, 1, 0, 5.0);
     /// assert!(three.rows_of(1).eq([[0.0, 0.0], [5.0, 0.0]]));
     /// ```
+    #[must_use]
     pub fn rows_of(&self, index: usize) -> impl ExactSizeIterator<Item = &[f64]> {
         let (matrix, stride, cols) = (self.at(index), self.stride, self.cols);
         (0..self.rows).map(move |row| &matrix[row * stride..][..cols])

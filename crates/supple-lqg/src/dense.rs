@@ -15,7 +15,8 @@ pub fn dense(matrices: &Matrices, index: usize) -> Dense {
 
 /// Whether all numbers are finite.
 pub(crate) fn are_finite(numbers: &[f64]) -> bool {
-    numbers.iter().all(|number| number.is_finite())
+    // Without an early end, so that it is done on vectors.
+    numbers.iter().fold(true, |finite, number| finite & number.is_finite())
 }
 
 /// Writes `from` as matrix `index` of a sequence.

@@ -79,10 +79,20 @@ impl Given<'_> {
 
     /// Whether the matrix of a step is symmetric.
     fn check_symmetric(&self, step: usize) -> Result<(), Error> {
+        if self.is_diagonal(step) {
+            return Ok(());
+        }
         let Some((i, j)) = self.asymmetric(step) else { return Ok(()) };
         let [here, there] = [self.array.get(step, i, j), self.array.get(step, j, i)];
         let found = format!("entry [{i}][{j}] is {here:?}, and [{j}][{i}] is {there:?}");
         Err(Error::NotPositiveSemidefinite { what: self.what, step, found })
+    }
+
+    /// Whether the matrix of a step is 0 off its diagonal.
+    fn is_diagonal(&self, step: usize) -> bool {
+        // Without an early end, so that it is done on vectors.
+        let are_zero = |part: &[f64]| part.iter().fold(true, |zero, &entry| zero & (entry == 0.0));
+        self.array.rows_of(step).enumerate().all(|(i, row)| are_zero(&row[..i]) && are_zero(&row[i + 1..]))
     }
 
     /// The first entry of the matrix of a step that differs from the one across the diagonal.
@@ -101,9 +111,8 @@ impl Given<'_> {
 
     /// Whether the matrix of a step is easily seen to be symmetric and positive semidefinite.
     fn is_diagonal_or_definite(&self, step: usize) -> bool {
-        let entry = |i, j| self.array.get(step, i, j);
-        if self.below_diagonal().all(|(i, j)| entry(i, j) == 0.0 && entry(j, i) == 0.0) {
-            return (0..self.array.rows()).all(|i| entry(i, i) >= 0.0);
+        if self.is_diagonal(step) {
+            return (0..self.array.rows()).all(|i| self.array.get(step, i, i) >= 0.0);
         }
         self.asymmetric(step).is_none() && refuse_indefinite(self.array, step).is_ok()
     }

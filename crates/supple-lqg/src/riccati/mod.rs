@@ -130,13 +130,12 @@ impl Job for Sweep<'_> {
 fn sweep<L: Lanes, R: Rows>(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
     let Lq { dynamics, cost, .. } = lq;
     let (steps, shape) = (dynamics.count(), Shape::<R>::of(policy.dimensions()));
-    let (n, joint, stride) = (shape.n, shape.joint(), shape.full());
-    let end = cost.at(steps);
-    for i in 0..n {
-        for j in 0..n {
-            policy.curvature.set(steps, i, j, end[i * stride + j]);
-        }
-        policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
+    let (n, joint, stride, narrow) = (shape.n, shape.joint(), shape.full(), shape.narrow());
+    let (curvature, slope) = (policy.curvature.at_mut(steps), policy.slope.vector_mut(steps));
+    let rows = cost.at(steps).chunks_exact(stride).zip(curvature.chunks_exact_mut(narrow));
+    for ((from, to), slope) in rows.zip(slope) {
+        to[..n].copy_from_slice(&from[..n]);
+        *slope = from[joint];
     }
     let suggested = if !R::CALLED { None } else { Carried::suggested(dynamics, LEAST) };
     let follows = lq.limits.is_some() || lq.regularisation != Regularisation::default();
