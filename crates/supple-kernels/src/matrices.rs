@@ -173,24 +173,60 @@ impl Matrices {
         &mut self.at_mut(index)[..cols]
     }
 
-    /// All vectors of a sequence of vectors, without padding.
+    /// The rows of all matrices, one matrix after the other, without padding: of a sequence of vectors, the vectors.
+    ///
+    /// ```
+    /// let mut two = supple_kernels::Matrices::zeros(2, 2, 1);
+    /// two.set(1, 0, 0, 5.0);
+    /// assert_eq!(two.to_rows(), [[0.0], [0.0], [5.0], [0.0]]);
+    /// ```
     #[must_use]
     pub fn to_rows(&self) -> Vec<Vec<f64>> {
-        (0..self.count()).map(|index| self.vector(index).to_vec()).collect()
+        (0..self.count()).flat_map(|index| self.rows_of(index).map(<[f64]>::to_vec)).collect()
+    }
+
+    /// The rows of matrix `index`, without padding.
+    ///
+    /// # Panics
+    /// If there is no such matrix.
+    ///
+    /// ```
+    /// let mut three = supple_kernels::Matrices::zeros(3, 2, 2);
+    /// three.set(1, 1, 0, 5.0);
+    /// assert!(three.rows_of(1).eq([[0.0, 0.0], [5.0, 0.0]]));
+    /// ```
+    #[must_use]
+    pub fn rows_of(&self, index: usize) -> impl ExactSizeIterator<Item = &[f64]> {
+        let (matrix, stride, cols) = (self.at(index), self.stride, self.cols);
+        (0..self.rows).map(move |row| &matrix[row * stride..][..cols])
     }
 
     /// Entry (`row`, `col`) of matrix `index`.
+    ///
+    /// # Panics
+    /// If there is no such entry.
     #[inline(always)]
     #[must_use]
     pub fn get(&self, index: usize, row: usize, col: usize) -> f64 {
+        self.check_column(col);
         self.at(index)[row * self.stride + col]
     }
 
     /// Sets entry (`row`, `col`) of matrix `index`.
+    ///
+    /// # Panics
+    /// If there is no such entry.
     #[inline(always)]
     pub fn set(&mut self, index: usize, row: usize, col: usize, value: f64) {
+        self.check_column(col);
         let stride = self.stride;
         self.at_mut(index)[row * stride + col] = value;
+    }
+
+    /// The padding of a row, or the next row, must not pass for entries.
+    #[inline(always)]
+    fn check_column(&self, col: usize) {
+        assert!(col < self.cols, "there is no column {col}: a row has {}", self.cols);
     }
 
     /// Sets every number to 0.
@@ -220,6 +256,18 @@ mod tests {
         let mut constant = Matrices::constant(1, 1);
         constant.set(0, 0, 0, 3.0);
         assert_eq!(constant.get(41, 0, 0), 3.0);
+    }
+
+    #[test]
+    #[should_panic(expected = "there is no column 7: a row has 5")]
+    fn padding_is_not_read() {
+        let _ = Matrices::zeros(1, 2, 5).get(0, 0, 7);
+    }
+
+    #[test]
+    #[should_panic(expected = "there is no column 7: a row has 5")]
+    fn padding_is_not_written() {
+        Matrices::constant(2, 5).set(0, 0, 7, 1.0);
     }
 
     /// Three matrices of 2 x 3, entry (i, j) of number t being 100 t + 10 i + j + 1.
@@ -253,7 +301,9 @@ mod tests {
     fn shapes_copies_and_rows() {
         let (m, mut other) = (numbered(), Matrices::zeros(3, 2, 3));
         assert_eq!((m.count(), m.rows(), m.cols(), m.stride(), m.is_constant()), (3, 2, 3, 8, false));
-        assert_eq!(m.to_rows(), [[1.0, 2.0, 3.0], [101.0, 102.0, 103.0], [201.0, 202.0, 203.0]]);
+        let rows = (0..3).flat_map(|t| [0, 10].map(|i| [1, 2, 3].map(|j| f64::from(100 * t + i + j))));
+        assert!(m.to_rows().into_iter().eq(rows));
+        assert!(m.rows_of(1).eq([[101.0, 102.0, 103.0], [111.0, 112.0, 113.0]]));
         other.copy_from(&m);
         assert_eq!(other, m);
         other.clear();

@@ -31,7 +31,7 @@ pub fn main() -> Result<(), Error> {
         let noise = noise(variance);
         let mut belief = Belief::zeros(2, 1, STEPS);
         kalman(&knots, &noise, &mut belief)?;
-        let horizon = Horizon::along(&knots, &policy, &noise, 0.0);
+        let horizon = Horizon::along(&knots, &policy, &noise, 0.0)?;
         let paid: f64 = (0..STEPS).map(|t| trace(&horizon.prices, &belief.corrected, t)).sum();
         let used: f64 = control_information(&knots, &policy, &belief, &noise)?.iter().sum();
         let bits = |nats: f64| nats / std::f64::consts::LN_2;

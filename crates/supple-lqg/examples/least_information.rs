@@ -21,7 +21,7 @@ pub fn main() -> Result<(), Error> {
         process: constant(&[[1e-8, 0.0], [0.0, 1e-4]]),
         measurement: constant(&[[1.0]]),
     };
-    let horizon = Horizon::along(&knots, &policy, &noise, 0.0);
+    let horizon = Horizon::along(&knots, &policy, &noise, 0.0)?;
     println!("the least cost, with the state known exactly: {:.4}", horizon.base_cost);
     println!("cost limit   least information, bits   proved, bits   numbers that the sensor measures");
     let mut last = f64::INFINITY;

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, rows};
 
+use crate::Error;
 use crate::belief::Belief;
 use crate::dense::{Dense, dense, symmetric};
 use crate::given::{Given, INITIAL, PROCESS};
@@ -42,7 +43,7 @@ impl CostParts {
 
 /// The expected cost of a plant under its optimal controller, `nominal` without noise.
 ///
-/// # Panics
+/// # Errors
 /// If policy, belief and noise do not fit each other.
 ///
 /// ```
@@ -56,27 +57,25 @@ impl CostParts {
 /// let (mut policy, mut belief) = (Policy::zeros(knots.dimensions, 100), Belief::zeros(1, 1, 100));
 /// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// kalman(&knots, &noise, &mut belief)?;
-/// let cost = cost_parts(0.0, &policy, &belief, &noise);
+/// let cost = cost_parts(0.0, &policy, &belief, &noise)?;
 /// // With a sensor that is all but exact, each step costs half the golden ratio.
 /// assert!(cost.belief < 1e-6 && (cost.process / 100.0 - 0.809).abs() < 0.01);
 /// # Ok::<(), supple_lqg::Error>(())
 /// ```
-#[must_use]
-pub fn cost_parts(nominal: f64, policy: &Policy, belief: &Belief, noise: &Noise) -> CostParts {
+pub fn cost_parts(nominal: f64, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<CostParts, Error> {
     let (xi, s) = (&policy.value_of_information, &policy.curvature);
     let (n, steps) = (xi.rows(), xi.count());
     for (what, array, count) in
         [("the belief", &belief.corrected, steps), (PROCESS, &noise.process, steps), (INITIAL, &noise.initial, 1)]
     {
-        let fits = Given { what, array, shape: (n, n), count }.check_shape();
-        assert!(fits.is_ok(), "policy, belief and noise do not fit each other: {fits:?}");
+        Given { what, array, shape: (n, n), count }.check_shape()?;
     }
-    CostParts {
+    Ok(CostParts {
         nominal,
         belief: 0.5 * (0..steps).map(|t| trace_of_product(xi, &belief.corrected, t, t)).sum::<f64>(),
         process: 0.5 * (0..steps).map(|t| trace_of_product(s, &noise.process, t + 1, t)).sum::<f64>(),
         initial: 0.5 * trace_of_product(s, &noise.initial, 0, 0),
-    }
+    })
 }
 
 /// What noise costs in the closed loop of any law: `1/2 sum Tr(H_t Z_t)`, with the covariances `Z_t` of state and control, and
@@ -85,7 +84,7 @@ pub fn cost_parts(nominal: f64, policy: &Policy, belief: &Belief, noise: &Noise)
 /// With the knots' own cost and its optimal law it is the sum of the parts of [`cost_parts`] but the nominal one. With the
 /// second derivatives of the Lagrangian it is what noise costs to second order, with that of the dynamics.
 ///
-/// # Panics
+/// # Errors
 /// If knots, policy, belief and second derivatives do not fit each other.
 ///
 /// ```
@@ -103,13 +102,18 @@ pub fn cost_parts(nominal: f64, policy: &Policy, belief: &Belief, noise: &Noise)
 /// let (mut policy, mut belief) = (Policy::zeros(knots.dimensions, 100), Belief::zeros(2, 1, 100));
 /// solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy)?;
 /// kalman(&knots, &noise, &mut belief)?;
-/// let (parts, whole) = (cost_parts(0.0, &policy, &belief, &noise), noise_cost(&knots, &policy, &belief, &knots.cost));
+/// let parts = cost_parts(0.0, &policy, &belief, &noise)?;
+/// let whole = noise_cost(&knots, &policy, &belief, &knots.cost)?;
 /// assert!((whole / parts.expected() - 1.0).abs() < 1e-12);
 /// # Ok::<(), supple_lqg::Error>(())
 /// ```
-#[must_use]
-pub fn noise_cost(knots: &Knots, policy: &Policy, belief: &Belief, hessians: &Matrices) -> f64 {
-    let (n, steps) = (knots.dimensions.states, knots.steps());
+pub fn noise_cost(knots: &Knots, policy: &Policy, belief: &Belief, hessians: &Matrices) -> Result<f64, Error> {
+    let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());
+    knots.check_shapes()?;
+    policy.check_shapes(knots.dimensions, steps)?;
+    belief.check_shapes(knots.dimensions, steps)?;
+    let what = "the second derivatives of the cost";
+    Given { what, array: hessians, shape: (joint, joint + 1), count: steps + 1 }.check_shape()?;
     let of_estimate = |t: usize| dense(&belief.predicted, t) - dense(&belief.corrected, t);
     // The covariance of the estimate; its error is independent of it.
     let mut estimate = of_estimate(0);
@@ -127,7 +131,7 @@ pub fn noise_cost(knots: &Knots, policy: &Policy, belief: &Belief, hessians: &Ma
         let closed = a + b * &feedback;
         estimate = symmetric(&closed * &estimate * closed.transpose()) + of_estimate(t + 1);
     }
-    cost + 0.5 * trace_of_lower(hessians, steps, &(estimate + dense(&belief.corrected, steps)))
+    Ok(cost + 0.5 * trace_of_lower(hessians, steps, &(estimate + dense(&belief.corrected, steps))))
 }
 
 /// `Tr(h_t z)` of symmetric matrices, of which the lower triangles are read.

@@ -13,6 +13,12 @@ pub fn dense(matrices: &Matrices, index: usize) -> Dense {
     Dense::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(index, i, j))
 }
 
+/// Whether all numbers are finite.
+pub(crate) fn are_finite(numbers: &[f64]) -> bool {
+    // Without an early end, so that it is done on vectors.
+    numbers.iter().fold(true, |finite, number| finite & number.is_finite())
+}
+
 /// Writes `from` as matrix `index` of a sequence.
 pub fn store(to: &mut Matrices, index: usize, from: &Dense) {
     for (i, j) in (0..from.nrows()).flat_map(|i| (0..from.ncols()).map(move |j| (i, j))) {

@@ -101,6 +101,26 @@ pub enum Error {
         /// Its price.
         price: f64,
     },
+    /// A candidate sensor with a measurement that the plant does not have.
+    #[error("sensor `{sensor}` has the measurement {row}, counted from 0, but the plant has {count}")]
+    MissingMeasurement {
+        /// Its name.
+        sensor: String,
+        /// The index of the measurement.
+        row: usize,
+        /// How many measurements there are.
+        count: usize,
+    },
+    /// A number that nothing can be computed with.
+    #[error("{what} is {found:?}; valid: {valid}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// What it is.
+        found: f64,
+        /// What it may be.
+        valid: &'static str,
+    },
     /// A measurement that belongs to two candidate sensors, or twice to one.
     #[error("measurement {row} belongs to sensor `{first}` and again to `{second}`; it may belong to one")]
     SharedMeasurement {

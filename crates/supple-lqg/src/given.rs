@@ -3,7 +3,7 @@
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::dense::{Dense, dense};
+use crate::dense::{Dense, are_finite, dense};
 use crate::semidefinite::{refuse_indefinite, semidefinite_root};
 
 /// The most by which two entries that must be equal may differ, as a share of the square root of their diagonal entries'
@@ -46,7 +46,7 @@ impl Given<'_> {
     /// Which of its lengths is wrong, or at which step an entry is not finite.
     pub fn check_finite(&self) -> Result<(), Error> {
         self.check_shape()?;
-        let bad = (0..self.array.count()).find(|&t| self.array.at(t).iter().any(|entry| !entry.is_finite()));
+        let bad = (0..self.array.count()).find(|&t| !are_finite(self.array.at(t)));
         bad.map_or(Ok(()), |step| Err(Error::NotFinite { what: self.what, step }))
     }
 
@@ -62,19 +62,59 @@ impl Given<'_> {
         Ok(())
     }
 
+    /// For covariances that are factorised: whatever else makes them indefinite is found there.
+    ///
+    /// # Errors
+    /// As [`Given::check_finite`], or where it is not symmetric or a variance is not positive.
+    pub fn check_variances(&self) -> Result<(), Error> {
+        self.check_finite()?;
+        for step in 0..self.array.count() {
+            self.check_symmetric(step)?;
+            if (0..self.array.rows()).any(|i| self.array.get(step, i, i) <= 0.0) {
+                return Err(Error::NotPositiveDefinite { what: self.what, step });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the matrix of a step is symmetric.
+    fn check_symmetric(&self, step: usize) -> Result<(), Error> {
+        if self.is_diagonal(step) {
+            return Ok(());
+        }
+        let Some((i, j)) = self.asymmetric(step) else { return Ok(()) };
+        let [here, there] = [self.array.get(step, i, j), self.array.get(step, j, i)];
+        let found = format!("entry [{i}][{j}] is {here:?}, and [{j}][{i}] is {there:?}");
+        Err(Error::NotPositiveSemidefinite { what: self.what, step, found })
+    }
+
+    /// Whether the matrix of a step is 0 off its diagonal.
+    fn is_diagonal(&self, step: usize) -> bool {
+        // Without an early end, so that it is done on vectors.
+        let are_zero = |part: &[f64]| part.iter().fold(true, |zero, &entry| zero & (entry == 0.0));
+        self.array.rows_of(step).enumerate().all(|(i, row)| are_zero(&row[..i]) && are_zero(&row[i + 1..]))
+    }
+
+    /// The first entry of the matrix of a step that differs from the one across the diagonal.
+    fn asymmetric(&self, step: usize) -> Option<(usize, usize)> {
+        let entry = |i, j| self.array.get(step, i, j);
+        let differs = |&(i, j): &(usize, usize)| {
+            let (here, there) = (entry(i, j), entry(j, i));
+            here != there && (here - there).abs() > ASYMMETRY * (entry(i, i) * entry(j, j)).abs().sqrt()
+        };
+        self.below_diagonal().find(differs)
+    }
+
+    fn below_diagonal(&self) -> impl Iterator<Item = (usize, usize)> {
+        (0..self.array.rows()).flat_map(|i| (0..i).map(move |j| (i, j)))
+    }
+
     /// Whether the matrix of a step is easily seen to be symmetric and positive semidefinite.
     fn is_diagonal_or_definite(&self, step: usize) -> bool {
-        let n = self.array.rows();
-        let entry = |i, j| self.array.get(step, i, j);
-        let off_diagonal = || (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
-        if off_diagonal().all(|(i, j)| entry(i, j) == 0.0 && entry(j, i) == 0.0) {
-            return (0..n).all(|i| entry(i, i) >= 0.0);
+        if self.is_diagonal(step) {
+            return (0..self.array.rows()).all(|i| self.array.get(step, i, i) >= 0.0);
         }
-        let is_same = |(i, j)| {
-            let scale = (entry(i, i) * entry(j, j)).abs().sqrt();
-            (entry(i, j) - entry(j, i)).abs() <= ASYMMETRY * scale
-        };
-        off_diagonal().all(is_same) && refuse_indefinite(self.array, step).is_ok()
+        self.asymmetric(step).is_none() && refuse_indefinite(self.array, step).is_ok()
     }
 }
 
@@ -98,6 +138,8 @@ pub(crate) fn check_some(what: &str, count: usize) -> Result<(), Error> {
 
 /// The names of arrays.
 pub(crate) const COST: &str = "the cost [l_zz l_z]";
+pub(crate) const DYNAMICS: &str = "the dynamics [A B]";
+pub(crate) const OUTPUT: &str = "the measurement matrix C";
 pub(crate) const INITIAL: &str = "the covariance of the first state";
 pub(crate) const PROCESS: &str = "the process covariance";
 pub(crate) const MEASUREMENT: &str = "the measurement covariance";

@@ -79,7 +79,7 @@ pub mod sensors;
 mod shape;
 mod transport;
 
-pub use arrays::{Entries, constant, sequence};
+pub use arrays::{Entries, FromEntries, constant, matrix, sequence};
 pub use belief::{
     Belief, BeliefAdjoint, BeliefSeeds, Innovation, InnovationCovariance, SampleNoise, correct_each, kalman,
     predict_each, reverse_kalman, solve_column,
@@ -88,7 +88,7 @@ pub use bound::Horizon;
 pub use cost::{CostParts, cost_parts, noise_cost};
 pub use error::Error;
 pub use information::{Information, add_control_partials, control_information, entropy_form, information, paper_form};
-pub use knots::{Dimensions, KnotAdjoints, Knots, LinearQuadratic};
+pub use knots::{Dimensions, KnotAdjoints, Knots, LinearQuadratic, TimeVarying};
 pub use noise::Noise;
 pub use partials::Partials;
 pub use recursion::{recursion_radius, spectral_radius};

@@ -38,8 +38,9 @@ impl Noise {
         self.given(dimensions, steps).iter().try_for_each(Given::check_shape)
     }
 
-    /// Whether the arrays fit a plant over `steps` steps and are finite, and `X_0` and `W` are symmetric and positive
-    /// semidefinite. Whether `V` is positive definite is found where it is factorised.
+    /// Whether the arrays fit a plant over `steps` steps and are finite, `X_0` and `W` are symmetric and positive
+    /// semidefinite, and `V` is symmetric with positive variances. Whether a `V` with correlations is positive definite is
+    /// found where it is factorised.
     ///
     /// # Errors
     /// Which one is not, and where.
@@ -58,7 +59,13 @@ impl Noise {
         let [initial, process, measurement] = self.given(dimensions, steps);
         initial.check_covariance()?;
         process.check_covariance()?;
-        measurement.check_finite()
+        measurement.check_variances()
+    }
+
+    /// Whether `V` alone fits, as in [`Noise::check`].
+    pub(crate) fn check_measurement(&self, dimensions: Dimensions, steps: usize) -> Result<(), Error> {
+        let [_, _, measurement] = self.given(dimensions, steps);
+        measurement.check_variances()
     }
 
     /// `X_0`, `W` and `V`.

@@ -7,7 +7,7 @@
 use nalgebra::DMatrix;
 use supple_kernels::{Matrices, rows};
 
-use crate::dense::{Dense, eigen, symmetric};
+use crate::dense::{Dense, are_finite, eigen, symmetric};
 
 /// Checks that a given matrix is positive semidefinite, whatever the units of its rows: [`semidefinite_factor`] of the
 /// matrix scaled to a unit diagonal.
@@ -182,6 +182,10 @@ fn is_large_semidefinite(a: &[f64], n: usize, stride: usize) -> bool {
 
 #[cold]
 fn project(a: &mut [f64], n: usize, stride: usize) {
+    // Numbers that are not finite have no eigenvalues; the sweep finds them at its end.
+    if (0..n).any(|i| !are_finite(&a[i * stride..i * stride + n])) {
+        return;
+    }
     let eigen = DMatrix::from_fn(n, n, |i, j| a[i * stride + j]).symmetric_eigen();
     let kept = eigen.eigenvalues.map(|value| value.max(0.0));
     let nearest = &eigen.eigenvectors * DMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose();

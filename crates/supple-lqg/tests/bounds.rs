@@ -69,7 +69,7 @@ impl System {
         let (knots, noise) = self.knots(steps);
         let mut policy = Policy::zeros(knots.dimensions, steps);
         solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
-        let rounded = Horizon::along(&knots, &policy, &noise, 0.0).base_cost;
+        let rounded = Horizon::along(&knots, &policy, &noise, 0.0).unwrap().base_cost;
         (rounded, Horizon::proved(&knots, &policy, &noise, 0.0, 0.0).unwrap())
     }
 

@@ -2,10 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 use supple_lqg::bound::{BoundSettings, Horizon, Needed, Stationary, minimum_information, stationary_minimum};
-use supple_lqg::sensors::{Candidate, Plant, Selection};
+use supple_lqg::sensors::{Candidate, Goal, Limits, Plant, Selection};
 use supple_lqg::{
-    Belief, Dimensions, Error, Information, Knots, LinearQuadratic, Matrices, Noise, Policy, Regularisation, constant,
-    control_information, information, kalman, sequence, solve_riccati, spectral_radius,
+    Belief, BeliefAdjoint, BeliefSeeds, Dimensions, Error, Information, KnotAdjoints, Knots, LinearQuadratic, Matrices,
+    Noise, Policy, Regularisation, TimeVarying, constant, control_information, cost_parts, information, kalman, matrix,
+    noise_cost, reverse_kalman, sequence, solve_riccati, spectral_radius,
 };
 
 const STEPS: usize = 10;
@@ -115,6 +116,28 @@ fn arrays_that_do_not_fit_are_refused() {
     assert_eq!(refused(control_information(&knots, &policy, &belief, &two)), why);
     let short = Policy::zeros(knots.dimensions, 3);
     assert_eq!(refused(control_information(&knots, &short, &belief, &noise)), "the policy has length 3, not 10");
+    assert_eq!(refused(noise_cost(&knots, &short, &belief, &knots.cost)), "the policy has length 3, not 10");
+    assert_eq!(refused(Horizon::along(&knots, &short, &noise, 0.0)), "the policy has length 3, not 10");
+    let few = Belief::zeros(2, 1, 3);
+    assert_eq!(refused(noise_cost(&knots, &policy, &few, &knots.cost)), "the belief has length 4, not 11");
+    assert_eq!(refused(cost_parts(0.0, &policy, &few, &noise)), "the sequence of the belief has length 4, not 10");
+    assert_eq!(
+        refused(cost_parts(0.0, &policy, &belief, &alone)),
+        "a column of the process covariance has length 1, not 2"
+    );
+    assert_eq!(
+        refused(noise_cost(&knots, &policy, &belief, &Matrices::zeros(STEPS, 3, 4))),
+        "the sequence of the second derivatives of the cost has length 10, not 11"
+    );
+}
+
+#[test]
+#[should_panic(expected = "the belief")]
+fn reverse_sweeps_say_which_array_does_not_fit() {
+    let (knots, noise) = plant();
+    let (mut adjoints, mut by_noise) = (KnotAdjoints::zeros(knots.dimensions, STEPS), Noise::zeros(2, 1));
+    let (belief, mut memory) = (Belief::zeros(2, 1, 5), BeliefAdjoint::new(2, 1));
+    reverse_kalman(&knots, &noise, &belief, BeliefSeeds::default(), &mut memory, &mut adjoints, &mut by_noise);
 }
 
 /// Of a quadratic form only the symmetric part matters.
@@ -132,7 +155,7 @@ fn costs_are_symmetrised() {
 #[test]
 fn bounds_refuse_what_they_cannot_use() {
     let (knots, noise) = plant();
-    let horizon = Horizon::along(&knots, &solved(&knots), &noise, 0.0);
+    let horizon = Horizon::along(&knots, &solved(&knots), &noise, 0.0).unwrap();
     let limit = 1.5 * horizon.base_cost;
     let with =
         |gap, max_iterations| refused(minimum_information(&horizon, limit, &BoundSettings { gap, max_iterations }));
@@ -159,7 +182,7 @@ fn the_least_cost_needs_nothing_where_nothing_is_uncertain() {
     let (knots, mut noise) = plant();
     noise.initial.clear();
     noise.process.clear();
-    let horizon = Horizon::along(&knots, &solved(&knots), &noise, 3.3);
+    let horizon = Horizon::along(&knots, &solved(&knots), &noise, 3.3).unwrap();
     for cost in [horizon.base_cost.next_down(), horizon.base_cost, horizon.base_cost.next_up()] {
         assert_eq!(Needed::of(&horizon, cost, &mut None).map(|found| found.nats), Ok(0.0));
         assert_eq!(minimum_information(&horizon, cost, &BoundSettings::default()).map(|found| found.nats), Ok(0.0));
@@ -183,6 +206,148 @@ fn candidates_that_no_purchase_has_are_refused() {
     for price in [-1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(of(&[price]), format!("sensor `s0` has the price {price:?}; valid: 0 or more"));
     }
+    let candidate = |row| vec![Candidate { name: "wrist".into(), price: 1.0, rows: vec![row] }];
+    let missing = "sensor `wrist` has the measurement 7, counted from 0, but the plant has 1";
+    assert_eq!(refused(Selection::new(candidate(7), &[plant])), missing);
+    for (value, why) in [
+        (Matrices::zeros(STEPS, 1, 1), "a column of the value of information has length 1, not 2"),
+        (Matrices::zeros(3, 2, 2), "the sequence of the value of information has length 3, not 10"),
+        (sequence(&[[[f64::NAN; 2]; 2]; STEPS]), "the value of information is not finite at step 0"),
+    ] {
+        assert_eq!(refused(Selection::new(candidate(0), &[Plant { value: &value, ..plant }])), why);
+    }
+    for (measurement, why) in [
+        (sequence(&[[[1.0]]; 3]), "the sequence of the measurement covariance has length 3, not 11"),
+        (constant(&[[0.0]]), "the measurement covariance is not positive definite at step 0"),
+    ] {
+        let noise = Noise { measurement, ..noise.clone() };
+        assert_eq!(refused(Selection::new(candidate(0), &[Plant { noise: &noise, ..plant }])), why);
+    }
+}
+
+fn one_candidate() -> Selection {
+    let (knots, noise) = plant();
+    let policy = solved(&knots);
+    let plant = Plant { knots: &knots, noise: &noise, value: &policy.value_of_information, fixed: 0.0, weight: 1.0 };
+    Selection::new(vec![Candidate { name: "position".into(), price: 1.0, rows: vec![0] }], &[plant]).unwrap()
+}
+
+/// Within a negative budget there is no set, not even the empty one.
+#[test]
+fn budgets_and_goals_that_are_none_are_refused() {
+    let selection = one_candidate();
+    let each = |goal: Goal, limits: Limits| {
+        [
+            refused(selection.greedy(goal, limits)),
+            refused(selection.exhaustive(goal, limits, &mut || true)),
+            refused(selection.branch_and_bound(goal, limits, 10, &mut || true)),
+            refused(selection.bound(goal, limits)),
+        ]
+    };
+    for goal in [Goal::LeastCost, Goal::MostInformation, Goal::LeastPrice { cost: 1e9 }] {
+        for budget in [f64::NAN, -1.0, f64::INFINITY] {
+            let why = format!("the budget is {budget:?}; valid: 0 or more, or no budget");
+            assert_eq!(each(goal, Limits { budget: Some(budget), count: None }), [(); 4].map(|()| why.clone()));
+        }
+        assert_eq!(each(goal, Limits { budget: Some(0.0), count: None }), ["accepted"; 4]);
+    }
+    let why = "the bound on the expected cost is NaN; valid: any number";
+    assert_eq!(each(Goal::LeastPrice { cost: f64::NAN }, Limits::default()), [why; 4]);
+    let stopped = selection.exhaustive(Goal::LeastCost, Limits::default(), &mut || false);
+    assert_eq!(stopped, Err(Error::Stopped));
+}
+
+#[test]
+#[should_panic(expected = "there must be one entry per candidate: 1, not 0")]
+fn sets_with_too_few_entries_are_no_sets() {
+    let _ = one_candidate().worth(&[]);
+}
+
+#[test]
+#[should_panic(expected = "there must be one entry per candidate: 1, not 2")]
+fn weights_of_too_many_candidates_are_none() {
+    let _ = one_candidate().relaxed(&[0.5, 0.5]);
+}
+
+/// Given to threads, stored in structures that derive `Clone` and `Debug`.
+#[test]
+fn inputs_can_be_shared_copied_and_shown() {
+    fn shared<T: Send + Sync + Clone + std::fmt::Debug>(of: &T) -> String {
+        format!("{of:?}")
+    }
+    let plant = LinearQuadratic { a: &[[0.5]], b: &[[1.0]], c: &[[1.0]], q: &[[2.0]], r: &[[3.0]] };
+    assert_eq!(shared(&plant), "LinearQuadratic { a: [[0.5]], b: [[1.0]], c: [[1.0]], q: [[2.0]], r: [[3.0]] }");
+    assert!(shared(&one_candidate()).contains("position"));
+    let (knots, noise) = self::plant();
+    let value = solved(&knots).value_of_information;
+    assert!(shared(&Plant { knots: &knots, noise: &noise, value: &value, fixed: 0.0, weight: 1.0 }).contains("weight"));
+}
+
+/// From sequences as from entries set one by one; and constant sequences are the time-invariant plant.
+#[test]
+fn knots_of_varying_systems_are_those_assembled_by_index() {
+    const N: usize = 3;
+    let number = |seed: usize, t: usize, i: usize, j: usize| ((7 * seed + 5 * t + 3 * i + 2 * j) % 11) as f64 - 4.0;
+    let two = |seed: usize, t: usize| [0, 1].map(|i| [0, 1].map(|j| number(seed, t, i, j)));
+    let a = sequence(&(0..N).map(|t| two(1, t)).collect::<Vec<_>>());
+    let b = sequence(&(0..N).map(|t| [0, 1].map(|i| [number(2, t, i, 0)])).collect::<Vec<_>>());
+    let c = sequence(&(0..=N).map(|t| [[0, 1].map(|j| number(3, t, 0, j))]).collect::<Vec<_>>());
+    let q = sequence(&(0..=N).map(|t| two(4, t)).collect::<Vec<_>>());
+    let r = sequence(&(0..N).map(|t| [[number(5, t, 0, 0)]]).collect::<Vec<_>>());
+    let plant = TimeVarying { a: &a, b: &b, c: &c, q: &q, r: &r };
+    let found = Knots::varying(N, plant).unwrap();
+    let mut expected = Knots::zeros(Dimensions { states: 2, controls: 1, measurements: 1 }, N);
+    for (t, i) in (0..=N).flat_map(|t| [0, 1].map(|i| (t, i))) {
+        for j in 0..2 {
+            expected.cost.set(t, i, j, 0.5 * (number(4, t, i, j) + number(4, t, j, i)));
+        }
+        expected.measurement.set(t, 0, i, number(3, t, 0, i));
+        if t < N {
+            (0..2).for_each(|j| expected.dynamics.set(t, i, j, number(1, t, i, j)));
+            expected.dynamics.set(t, i, 2, number(2, t, i, 0));
+            expected.cost.set(t, 2, 2, number(5, t, 0, 0));
+        }
+    }
+    let same = |one: &Knots, other: &Knots| {
+        (&one.dynamics, &one.measurement, &one.cost) == (&other.dynamics, &other.measurement, &other.cost)
+            && (one.dimensions, &one.picks) == (other.dimensions, &other.picks)
+    };
+    assert!(same(&found, &expected), "{found:?}");
+    for (plant, why) in [
+        (TimeVarying { q: &r, ..plant }, "a column of Q has length 1, not 2"),
+        (TimeVarying { a: &sequence(&[two(1, 0)]), ..plant }, "the sequence of A has length 1, not 3"),
+        (TimeVarying { c: &b, ..plant }, "a row of C has length 1, not 2"),
+    ] {
+        assert_eq!(refused(Knots::varying(N, plant)), why);
+    }
+
+    let (a, b, c, q, r) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]], [[1.0, 0.2], [0.2, 3.0]], [[0.5]]);
+    let still = Knots::linear(N, LinearQuadratic { a: &a, b: &b, c: &c, q: &q, r: &r }).unwrap();
+    let end = [[9.0, 1.0], [3.0, 8.0]];
+    let weighed = still.clone().with_final_weight(&end).unwrap();
+    let [at, bt, ct, rt] = [constant(&a), constant(&b), constant(&c), constant(&r)];
+    let qs = sequence(&[q, q, q, end]);
+    let varying = TimeVarying { a: &at, b: &bt, c: &ct, q: &constant(&q), r: &rt };
+    assert!(same(&Knots::varying(N, varying).unwrap(), &still));
+    assert!(same(&Knots::varying(N, TimeVarying { q: &qs, ..varying }).unwrap(), &weighed));
+    assert_eq!(weighed.cost.get(N, 0, 1), 2.0, "the symmetric part");
+    assert_eq!(refused(still.with_final_weight(&[[1.0, 2.0]])), "a column of Q has length 1, not 2");
+}
+
+/// Gains and covariances at a step, as rows, none transposed.
+#[test]
+fn results_are_plain_rows() {
+    let (knots, noise) = plant();
+    let (belief, policy) = (filtered(&knots, &noise).unwrap(), solved(&knots));
+    let feedback: Vec<Vec<f64>> = matrix(&policy.feedback, 3);
+    assert_eq!(feedback, [[policy.feedback.get(3, 0, 0), policy.feedback.get(3, 0, 1)]]);
+    let gain: Vec<Vec<f64>> = belief.gain(3);
+    let p = |i: usize| belief.predicted.get(3, i, 0);
+    assert_eq!((gain.len(), gain[0].len()), (2, 1));
+    assert!((0..2).all(|i| (gain[i][0] - p(i) / (p(0) + 1e-4)).abs() < 1e-12), "{gain:?}");
+    let sigma: Vec<Vec<f64>> = matrix(&belief.corrected, 3);
+    assert!(belief.corrected.rows_of(3).eq(sigma.iter()));
+    assert_eq!(sigma[0][1], belief.corrected.get(3, 0, 1));
 }
 
 /// Precision `1 / sqrt(V)` of a sensor: where the squares of its gain underflow, information is refused, not 0.
@@ -203,4 +368,104 @@ fn information_of_measurements_beyond_the_range_of_numbers_is_refused() {
         let told = refused(used(gain));
         assert!(told.contains("not finite") || told.contains("positive definite"), "{gain:e}: {told}");
     }
+}
+
+/// The lower triangle alone is factorised: the upper one must be refused where it differs.
+#[test]
+fn measurement_covariances_that_are_asymmetric_or_not_positive_are_refused() {
+    let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0], [0.0, 1.0]]);
+    let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
+    let alone = Knots::linear(STEPS, plant).unwrap();
+    let policy = solved(&alone);
+    let of = |measurement: Matrices| Noise { measurement, initial: diagonal(0.01, 0.01), process: diagonal(0.0, 0.0) };
+    let valid = of(diagonal(1e-4, 1e-2));
+    let belief = filtered(&alone, &valid).unwrap();
+    let asymmetric = "the measurement covariance must be symmetric and positive semidefinite; at step 0 entry [1][0] is 0.0, \
+                      and [0][1] is 0.001";
+    let indefinite = "the measurement covariance is not positive definite at step 0";
+    let correlated = constant(&[[1e-4, 1e-1], [1e-1, 1e-2]]);
+    for knots in [alone.clone(), Knots { picks: Some(vec![0, 1]), ..alone.clone() }] {
+        for (measurement, why) in [
+            (constant(&[[1e-4, 1e-3], [0.0, 1e-2]]), asymmetric),
+            (diagonal(-1e-9, 1e-2), indefinite),
+            (diagonal(0.0, 1e-2), indefinite),
+            (diagonal(1e-4, 0.0), indefinite),
+            (correlated.clone(), indefinite),
+        ] {
+            let noise = of(measurement);
+            assert_eq!(refused(filtered(&knots, &noise)), why);
+            assert_eq!(refused(information(&belief, &noise, &mut Information::default())), why);
+            assert_eq!(refused(control_information(&knots, &policy, &belief, &noise)), why);
+        }
+    }
+    // Also where nothing is uncertain, so that the innovation covariance is `V` itself.
+    let known = Noise { initial: diagonal(0.0, 0.0), ..of(correlated) };
+    assert_eq!(refused(filtered(&alone, &known)), indefinite);
+    let rounded = of(constant(&[[1e-4, 1e-4], [1e-4 + 1e-15, 1e-2]]));
+    assert!(filtered(&alone, &rounded).is_ok());
+    let late = sequence(&(0..=STEPS).map(|t| [[1.0, if t == 7 { 0.1 } else { 0.0 }], [0.0, 1.0]]).collect::<Vec<_>>());
+    assert!(refused(filtered(&alone, &of(late))).contains("at step 7 entry [1][0] is 0.0, and [0][1] is 0.1"));
+}
+
+/// Whichever number it is, it is found and named: no result is NaN, and nothing else is blamed.
+#[test]
+fn numbers_that_are_not_finite_are_named_by_sweeps() {
+    let (knots, noise) = plant();
+    let lq = |knots: &Knots, regularisation: Regularisation| {
+        let mut policy = Policy::zeros(knots.dimensions, knots.steps());
+        refused(solve_riccati(&knots.dynamics, &knots.cost, regularisation, &mut policy))
+    };
+    let regularised = Regularisation { control: 1e-3, state: 1e-3 };
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for step in [0, 3, STEPS - 1] {
+            for (row, col) in (0..2).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                let mut of = knots.clone();
+                of.dynamics.set(step, row, col, bad);
+                let why = format!("the dynamics [A B] is not finite at step {step}");
+                for regularisation in [Regularisation::default(), regularised] {
+                    assert_eq!(lq(&of, regularisation), why, "{bad} {row} {col}");
+                }
+                let is_read = col < 2;
+                assert_eq!(refused(filtered(&of, &noise)), if is_read { &*why } else { "accepted" });
+                let picks = Knots { picks: Some(vec![0]), ..of.clone() };
+                assert_eq!(refused(filtered(&picks, &noise)), if is_read { &*why } else { "accepted" });
+                let unmeasured = Knots {
+                    dimensions: Dimensions { measurements: 0, ..of.dimensions },
+                    measurement: Matrices::zeros(STEPS + 1, 0, 2),
+                    ..of.clone()
+                };
+                let silent = Noise { measurement: constant(&[[0.0; 0]; 0]), ..noise.clone() };
+                assert_eq!(refused(filtered(&unmeasured, &silent)), if is_read { &*why } else { "accepted" });
+            }
+            // The lower triangle, and the slope.
+            for (row, col) in (0..3).flat_map(|i| (0..=i).chain([3]).map(move |j| (i, j))) {
+                let mut of = knots.clone();
+                of.cost.set(step, row, col, bad);
+                for regularisation in [Regularisation::default(), regularised] {
+                    let why = format!("the cost [l_zz l_z] is not finite at step {step}");
+                    assert_eq!(lq(&of, regularisation), why, "{bad} {row} {col}");
+                }
+            }
+            let mut of = knots.clone();
+            of.measurement.set(step, 0, 1, bad);
+            assert_eq!(
+                refused(filtered(&of, &noise)),
+                format!("the measurement matrix C is not finite at step {step}")
+            );
+            assert_eq!(refused(filtered(&Knots { picks: Some(vec![0]), ..of }, &noise)), "accepted");
+        }
+        let mut of = knots.clone();
+        of.cost.set(STEPS, 1, 0, bad);
+        assert_eq!(lq(&of, Regularisation::default()), "the cost [l_zz l_z] is not finite at step 10");
+    }
+    // Finite numbers whose products are not.
+    let mut large = knots.clone();
+    large.cost.set(4, 0, 3, 1e300);
+    large.dynamics.set(3, 0, 0, 1e100);
+    assert_eq!(lq(&large, Regularisation::default()), "the cost-to-go is not finite at step 3");
+    let growing = LinearQuadratic { a: &[[1e20]], b: &[[1.0]], c: &[[0.0]], q: &[[1.0]], r: &[[1.0]] };
+    let one = constant(&[[1.0]]);
+    let noise = Noise { initial: one.clone(), process: one.clone(), measurement: one };
+    let found = refused(filtered(&Knots::linear(STEPS, growing).unwrap(), &noise));
+    assert!(found.contains("finite") || found.contains("positive definite"), "{found}");
 }

@@ -42,7 +42,7 @@ use crate::problem::Task;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn horizon_of_plan(plan: &Plan, noise: &Noise) -> Result<Horizon, Error> {
-    Ok(Horizon::along(&plan.knots, law_of(plan)?.as_ref(), noise, plan.nominal_cost))
+    Ok(Horizon::along(&plan.knots, law_of(plan)?.as_ref(), noise, plan.nominal_cost)?)
 }
 
 /// The horizon of a plan with a proved control law.
@@ -89,7 +89,7 @@ pub(crate) struct DespiteRounding {
 impl DespiteRounding {
     pub fn of(plan: &Plan, noise: &Noise) -> Self {
         let Ok(law) = law_of(plan) else { return Self::default() };
-        let horizon = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
+        let Ok(horizon) = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost) else { return Self::default() };
         let (least, off) = (horizon.base_cost, least_cost_rounding(&plan.knots, &law, noise));
         if off <= SAME_LEAST * least.abs() {
             return Self { horizon: Some(horizon), remark: None };
@@ -122,7 +122,7 @@ const SAME_LEAST: f64 = 1e-9;
 /// If there is no such law.
 pub(crate) fn proved_horizon(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise) -> Result<ProvedHorizon, Error> {
     let law = law_of(plan)?;
-    let rounded = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
+    let rounded = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost)?;
     Ok(proved_along(plan, &law, rounded, noise, nominal_rounding(task, phi, plan)))
 }
 

@@ -31,7 +31,7 @@
 //! assert!(state.plan.status.is_converged());
 //! assert!((state.information.total / std::f64::consts::LN_2 - 33.3).abs() < 0.01);
 //! assert!((state.cost.expected() - 11.9).abs() < 0.01);
-//! assert_eq!(cost_parts(state.plan.nominal_cost, &state.plan.policy, &state.belief, &state.noise), state.cost);
+//! assert_eq!(cost_parts(state.plan.nominal_cost, &state.plan.policy, &state.belief, &state.noise)?, state.cost);
 //!
 //! // Noise of the sensor lowers its information.
 //! let mut gradient = Vec::new();
@@ -281,7 +281,7 @@ impl TaskState {
         Error::check_stop()?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
-        self.cost = cost_parts(self.plan.nominal_cost, &self.plan.policy, &self.belief, &self.noise);
+        self.cost = cost_parts(self.plan.nominal_cost, &self.plan.policy, &self.belief, &self.noise)?;
         if self.lowered().is_some() && self.plan.status.is_converged() {
             self.plan.status = PlanStatus::Indefinite;
         }

@@ -15,6 +15,7 @@ use crate::problem::{Problem, Task};
 /// Candidates along plans.
 ///
 /// Example: [`select`].
+#[derive(Clone, Debug)]
 pub struct Selected {
     /// The candidates, to choose from.
     pub selection: Selection,
@@ -35,7 +36,7 @@ pub struct Selected {
 /// let Selected { selection, plans } = select(&problem, &phi, every_measurement(&problem, &phi)?, None)?;
 /// assert!(plans[0].is_passed());
 /// let one = Limits { count: Some(1), ..Limits::default() };
-/// let best = selection.exhaustive(Goal::LeastCost, one, &mut || true)?.ok_or("stopped")?;
+/// let best = selection.exhaustive(Goal::LeastCost, one, &mut || true)?;
 /// assert_eq!(selection.candidates[best.sensors[0]].name, "position of m1");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

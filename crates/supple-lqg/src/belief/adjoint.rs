@@ -7,7 +7,9 @@ use supple_kernels::{Job, Lanes, Matrices, dispatch, rows};
 use super::kalman::one_at_a_time;
 use super::sequential::{Memory, ReverseEach};
 use super::state::{Belief, Form};
+use crate::Error;
 use crate::dense::{cholesky, dense};
+use crate::given::{DYNAMICS, Given, OUTPUT, check_count};
 use crate::knots::KnotAdjoints;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -90,6 +92,9 @@ impl BeliefAdjoint {
 /// `adjoints.measurement` (except if measurements are single states processed sequentially: then `C` has no adjoint); adds
 /// to `noise_adjoint`, whose constant matrices accumulate the sums over all steps.
 ///
+/// # Panics
+/// If arrays do not fit each other.
+///
 /// ```
 /// use supple_lqg::{Belief, BeliefAdjoint, BeliefSeeds, KnotAdjoints, Knots, LinearQuadratic, Noise, constant, kalman, reverse_kalman};
 ///
@@ -115,7 +120,10 @@ pub fn reverse_kalman(
     adjoints: &mut KnotAdjoints,
     noise_adjoint: &mut Noise,
 ) {
-    dispatch(Sweep { knots, noise, belief, seeds, work, adjoints, noise_adjoint });
+    let sweep = Sweep { knots, noise, belief, seeds, work, adjoints, noise_adjoint };
+    let fits = sweep.check_shapes();
+    assert!(fits.is_ok(), "arrays do not fit each other: {fits:?}");
+    dispatch(sweep);
 }
 
 struct Sweep<'a> {
@@ -170,6 +178,31 @@ impl<R: Rows> Job for Predict<'_, '_, R> {
 }
 
 impl Sweep<'_> {
+    fn check_shapes(&self) -> Result<(), Error> {
+        let Self { knots, noise, belief, seeds, work, adjoints, noise_adjoint } = self;
+        let (dimensions, steps) = (knots.dimensions, knots.steps());
+        let (n, p, joint) = (dimensions.states, dimensions.measurements, dimensions.joint());
+        belief.check_shapes(dimensions, steps)?;
+        noise.check_shapes(dimensions, steps)?;
+        noise_adjoint.check_shapes(dimensions, steps)?;
+        check_count("a column of the memory of the reverse sweep", work.sigma.rows(), n)?;
+        check_count("a row of the memory of the reverse sweep", work.gain.cols(), p)?;
+        let check = |what, array, shape, count| Given { what, array, shape, count }.check_shape();
+        check(DYNAMICS, &knots.dynamics, (n, joint), steps)?;
+        check(OUTPUT, &knots.measurement, (p, n), steps + 1)?;
+        check("the adjoint of the dynamics", &adjoints.dynamics, (n, joint), steps)?;
+        check("the adjoint of C", &adjoints.measurement, (p, n), steps + 1)?;
+        if let Some(kept) = &work.kept {
+            check("the memory of the covariances", kept, (n, n), steps + 1)?;
+        }
+        if let Some((weights, _)) = seeds.weights {
+            check("the weights of the covariances", weights, (n, n), steps)?;
+        }
+        let Some((predicted, corrected)) = seeds.covariances else { return Ok(()) };
+        check("the derivative with respect to P", predicted, (n, n), steps + 1)?;
+        check("the derivative with respect to Sigma", corrected, (n, n), steps + 1)
+    }
+
     #[inline(always)]
     fn sweep<L: Lanes, R: Rows>(&mut self) {
         let (steps, shape) = (self.knots.steps(), Shape::<R>::of(self.knots.dimensions));

@@ -8,6 +8,7 @@ use super::state::{Belief, Form};
 use super::together::{Correct, Digits};
 use crate::Error;
 use crate::carried::Carried;
+use crate::dense::are_finite;
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::semidefinite::mend;
@@ -26,15 +27,32 @@ use crate::shape::{Shape, by_length};
 /// not sufficient, for example with two sensors of very different precision, the square-root form is used (B.2d).
 ///
 /// # Errors
-/// If arrays do not fit each other, `X_0` or `W` is not symmetric and positive semidefinite, `V` is not positive definite, or
-/// a number is not finite; with many states, also if a stop is requested.
+/// If arrays do not fit each other, `X_0` or `W` is not symmetric and positive semidefinite, `V` is not symmetric and positive
+/// definite, or a number that it reads is not finite; with many states, also if a stop is requested.
 ///
 /// Example: the [front page](crate).
 pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
     knots.check_shapes()?;
     noise.check(knots.dimensions, knots.steps())?;
     belief.check_shapes(knots.dimensions, knots.steps())?;
-    dispatch(Sweep { knots, noise, belief, heeds_stop: true })
+    let swept = dispatch(Sweep { knots, noise, belief, heeds_stop: true });
+    // A number that is not finite stays so to the end, or makes a factorisation fail.
+    let failed = match swept {
+        Ok(()) if are_finite(belief.corrected.at(knots.steps())) => return Ok(()),
+        Ok(()) => Error::NotFinite { what: "the covariance of the state", step: first_not_finite(belief) },
+        Err(Error::Stopped) => return Err(Error::Stopped),
+        Err(error) => error,
+    };
+    // Measurements that are picked do not read C.
+    let reads_output = one_at_a_time(knots, noise).is_none();
+    Err(knots.not_finite_of_filter(reads_output).unwrap_or(failed))
+}
+
+/// The first step whose covariance is not finite.
+#[cold]
+fn first_not_finite(belief: &Belief) -> usize {
+    let steps = 0..belief.corrected.count();
+    steps.into_iter().find(|&t| !are_finite(belief.corrected.at(t))).unwrap_or_default()
 }
 
 /// As [`kalman`], also where a stop is requested: for searches that decide themselves when to end.

@@ -2,6 +2,7 @@ use supple_kernels::rows::{add_scaled, scale};
 use supple_kernels::{Lanes, Matrices, padded};
 
 use crate::Error;
+use crate::arrays::FromEntries;
 use crate::given::{Given, check_count};
 use crate::knots::Dimensions;
 use crate::transport::Transport;
@@ -77,6 +78,30 @@ impl Belief {
                 column: Matrices::vectors(1, p),
             },
         }
+    }
+
+    /// The Kalman gain `L_t`, of n rows and p columns, as nested `Vec`s or as a matrix of another library.
+    ///
+    /// # Panics
+    /// If there is no step `t`.
+    ///
+    /// ```
+    /// use supple_lqg::{Belief, Knots, LinearQuadratic, Noise, constant, kalman};
+    ///
+    /// let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
+    /// let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
+    /// let knots = Knots::linear(50, plant)?;
+    /// let one = constant(&[[1.0, 0.0], [0.0, 1.0]]);
+    /// let noise = Noise { initial: one.clone(), process: one, measurement: constant(&[[1.0]]) };
+    /// let mut belief = Belief::zeros(2, 1, 50);
+    /// kalman(&knots, &noise, &mut belief)?;
+    /// assert_eq!(belief.gain::<Vec<Vec<f64>>>(0), [[0.5], [0.0]]);
+    /// # Ok::<(), supple_lqg::Error>(())
+    /// ```
+    #[must_use]
+    pub fn gain<M: FromEntries>(&self, t: usize) -> M {
+        let of = &self.gain_transposed;
+        M::from_entries(of.cols(), of.rows(), |row, col| of.get(t, col, row))
     }
 
     /// Whether its arrays are of `steps` steps and these sizes.

@@ -67,7 +67,8 @@ impl<R: Rows> Job for Correct<'_, R> {
             let seen = |i: usize, j: usize| dot(&cross[i * narrow..i * narrow + n], &c[j * narrow..j * narrow + n]);
             told = trace_by_noise(v, small, p, noise_factor.at_mut(0), column.at_mut(0), seen);
         }
-        let few = array::hides(over_pivot) || array::blurs(over_pivot, told);
+        // An infinite trace is that of a `V` that is not positive definite, which square roots refuse.
+        let few = array::hides(over_pivot) || array::blurs(over_pivot, told) || told == f64::INFINITY;
 
         let corrected = belief.corrected.at_mut(t);
         let (left, right) = (Left::transposed(&rows[small..], stride), View::new(&rows[small..], stride));

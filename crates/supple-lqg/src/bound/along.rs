@@ -4,6 +4,7 @@ use supple_kernels::{Matrices, halt, rows};
 
 use super::horizon::Horizon;
 use super::verify::{Along, AlongStep, Interval, Matrix, law};
+use crate::Error;
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::riccati::Policy;
@@ -11,16 +12,13 @@ use crate::riccati::Policy;
 impl Horizon {
     /// The horizon along knots, with the prices of a policy and the cost of the plan itself.
     ///
-    /// # Panics
+    /// # Errors
     /// If knots, policy and noise do not fit each other.
-    #[must_use]
-    pub fn along(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Self {
+    pub fn along(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Result<Self, Error> {
         let (n, steps) = (knots.dimensions.states, knots.steps());
-        let fits = knots
-            .check_shapes()
-            .and_then(|()| policy.check_shapes(knots.dimensions, steps))
-            .and_then(|()| noise.check_shapes(knots.dimensions, steps));
-        assert!(fits.is_ok(), "knots, policy and noise do not fit each other: {fits:?}");
+        knots.check_shapes()?;
+        policy.check_shapes(knots.dimensions, steps)?;
+        noise.check_shapes(knots.dimensions, steps)?;
         let mut dynamics = Matrices::zeros(steps, n, n);
         let mut prices = Matrices::zeros(steps, n, n);
         for t in 0..steps {
@@ -32,7 +30,7 @@ impl Horizon {
         let (s, traced) = (&policy.curvature, |a: &Matrices, b: &Matrices, t, k| rows::dot(a.at(t), b.at(k)));
         let known: f64 = (0..steps).map(|t| traced(s, &noise.process, t + 1, t)).sum();
         let base_cost = nominal_cost + 0.5 * (known + traced(s, &noise.initial, 0, 0));
-        Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost }
+        Ok(Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost })
     }
 }
 

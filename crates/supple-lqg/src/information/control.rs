@@ -18,7 +18,7 @@ use crate::riccati::Policy;
 /// controls, to 1e-12 of its variance, adds nothing.
 ///
 /// # Errors
-/// Where `V` is not positive definite; if arrays do not fit each other.
+/// Where `V` is not symmetric and positive definite; if arrays do not fit each other.
 ///
 /// ```
 /// use supple_lqg::{Belief, Information, Knots, LinearQuadratic, Noise, Policy, Regularisation};
@@ -70,6 +70,7 @@ fn check_shapes(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) 
     let (dimensions, steps) = (knots.dimensions, knots.steps());
     knots.check_shapes()?;
     noise.check_shapes(dimensions, steps)?;
+    noise.check_measurement(dimensions, steps)?;
     belief.check_shapes(dimensions, steps)?;
     policy.check_shapes(dimensions, steps)
 }

@@ -29,13 +29,13 @@ pub struct Information {
 /// The directed information of a belief in innovation form (theory, equation I.1); reuses the memory of `out`.
 ///
 /// # Errors
-/// Where `V` is not positive definite, or does not fit the belief.
+/// Where `V` is not symmetric and positive definite, or does not fit the belief.
 ///
 /// Example: the [front page](crate).
 pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Result<(), Error> {
     let p = belief.innovation_factor.rows();
     let steps = belief.innovation_factor.count() - 1;
-    Given { what: MEASUREMENT, array: &noise.measurement, shape: (p, p), count: steps + 1 }.check_shape()?;
+    Given { what: MEASUREMENT, array: &noise.measurement, shape: (p, p), count: steps + 1 }.check_variances()?;
     let noise_part = |step| {
         log_determinant_at(&noise.measurement, step).ok_or(Error::NotPositiveDefinite { what: MEASUREMENT, step })
     };

@@ -3,7 +3,8 @@ use supple_kernels::Matrices;
 use super::limits::Limits;
 use super::policy::Policy;
 use crate::Error;
-use crate::given::{COST, Given, check_count, check_some};
+use crate::dense::are_finite;
+use crate::given::{COST, DYNAMICS, Given, check_count, check_some};
 use crate::knots::Dimensions;
 
 /// The problem of a sweep.
@@ -40,6 +41,22 @@ impl Lq<'_> {
             }
         }
     }
+
+    /// The first array that is not finite at a step from this one on, as an error.
+    #[cold]
+    pub(super) fn not_finite(&self, first: usize) -> Option<Error> {
+        let steps = self.dynamics.count();
+        (first..=steps).find_map(|step| {
+            let what = if step < steps && !are_finite(self.dynamics.at(step)) {
+                DYNAMICS
+            } else if !are_finite(self.cost.at(step)) {
+                COST
+            } else {
+                return None;
+            };
+            Some(Error::NotFinite { what, step })
+        })
+    }
 }
 
 /// Levenberg-Marquardt terms in the gains (theory, equation P.2d): each entry of the diagonal of `Q_uu` and of `S_{t+1}`
@@ -63,4 +80,10 @@ pub struct Decrease {
     pub linear: f64,
     /// `1/2 sum k' Q_uu k`.
     pub quadratic: f64,
+}
+
+impl Decrease {
+    pub(super) fn is_finite(self) -> bool {
+        self.linear.is_finite() && self.quadratic.is_finite()
+    }
 }

@@ -40,7 +40,7 @@ use crate::shape::{Shape, by_length};
 /// `cost` is `[l_zz | l_z]`, (n + m) x (n + m + 1). The regularisation affects the gains only.
 ///
 /// # Errors
-/// Where `Q_uu` is not positive definite; if arrays do not fit each other, or there is no control.
+/// Where `Q_uu` is not positive definite or a number is not finite; if arrays do not fit each other, or there is no control.
 ///
 /// ```
 /// use supple_lqg::{Knots, LinearQuadratic, Policy, Regularisation, solve_riccati};
@@ -66,8 +66,8 @@ pub fn solve_riccati(
 /// As [`solve_riccati`], under limits of the controls (theory, equation P.7).
 ///
 /// # Errors
-/// Where `Q_uu` is not positive definite on the controls that are free; if arrays do not fit each other, or there is no
-/// control.
+/// Where `Q_uu` is not positive definite on the controls that are free, or a number is not finite; if arrays do not fit each
+/// other, or there is no control.
 ///
 /// ```
 /// use supple_lqg::{ControlBounds, Knots, Limits, LinearQuadratic, Lq, Matrices, Policy, Regularisation, solve_limited};
@@ -91,8 +91,16 @@ pub fn solve_riccati(
 /// ```
 pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, Error> {
     lq.check_shapes(policy)?;
-    let indefinite = |step| Error::NotPositiveDefinite { what: "the control's curvature", step };
-    dispatch(Sweep { lq, policy }).map_err(indefinite)
+    let swept = dispatch(Sweep { lq, policy: &mut *policy });
+    // A number that is not finite stays so to the first step, or makes a factorisation fail.
+    match swept {
+        Ok(found) if found.is_finite() && policy.starts_finite() => Ok(found),
+        Ok(_) => Err(lq.not_finite(0).unwrap_or_else(|| policy.not_finite())),
+        Err(step) => {
+            let indefinite = Error::NotPositiveDefinite { what: "the control's curvature", step };
+            Err(lq.not_finite(step).unwrap_or(indefinite))
+        }
+    }
 }
 
 /// Number of states from which exploiting the position-rate structure pays off.
@@ -122,13 +130,12 @@ impl Job for Sweep<'_> {
 fn sweep<L: Lanes, R: Rows>(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
     let Lq { dynamics, cost, .. } = lq;
     let (steps, shape) = (dynamics.count(), Shape::<R>::of(policy.dimensions()));
-    let (n, joint, stride) = (shape.n, shape.joint(), shape.full());
-    let end = cost.at(steps);
-    for i in 0..n {
-        for j in 0..n {
-            policy.curvature.set(steps, i, j, end[i * stride + j]);
-        }
-        policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
+    let (n, joint, stride, narrow) = (shape.n, shape.joint(), shape.full(), shape.narrow());
+    let (curvature, slope) = (policy.curvature.at_mut(steps), policy.slope.vector_mut(steps));
+    let rows = cost.at(steps).chunks_exact(stride).zip(curvature.chunks_exact_mut(narrow));
+    for ((from, to), slope) in rows.zip(slope) {
+        to[..n].copy_from_slice(&from[..n]);
+        *slope = from[joint];
     }
     let suggested = if !R::CALLED { None } else { Carried::suggested(dynamics, LEAST) };
     let follows = lq.limits.is_some() || lq.regularisation != Regularisation::default();

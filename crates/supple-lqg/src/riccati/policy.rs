@@ -5,6 +5,7 @@ use super::box_qp::BoxQp;
 use super::limits::Limits;
 use super::products::Products;
 use crate::Error;
+use crate::dense::are_finite;
 use crate::given::{Given, check_count};
 use crate::knots::Dimensions;
 
@@ -93,6 +94,19 @@ impl Policy {
         let Dimensions { states: n, controls: m, .. } = dimensions;
         Given { what: "the policy's feedback", array: &self.feedback, shape: (m, n), count: 0 }.check_shape()?;
         check_count("the policy", self.feedback.count(), steps)
+    }
+
+    /// Whether the cost-to-go from the first step on is finite.
+    pub(super) fn starts_finite(&self) -> bool {
+        are_finite(self.curvature.at(0)) && are_finite(self.slope.at(0))
+    }
+
+    /// The step from which on, backwards, the cost-to-go is not finite, as an error.
+    #[cold]
+    pub(super) fn not_finite(&self) -> Error {
+        let is_bad = |t: &usize| !are_finite(self.curvature.at(*t)) || !are_finite(self.slope.at(*t));
+        let step = (0..self.curvature.count()).rev().find(is_bad).unwrap_or_default();
+        Error::NotFinite { what: "the cost-to-go", step }
     }
 
     /// The sizes of the sweep.

@@ -37,7 +37,8 @@ impl Selection {
     /// of its rounds. Deterministic, whatever the number of threads.
     ///
     /// # Errors
-    /// Where no set reaches the bound of [`Goal::LeastPrice`], or none was found in time.
+    /// Where no set reaches the bound of [`Goal::LeastPrice`], or none was found in time; if the budget is not a number of at
+    /// least 0.
     pub fn branch_and_bound(
         &self,
         goal: Goal,
@@ -45,9 +46,10 @@ impl Selection {
         most: usize,
         going: &mut dyn FnMut() -> bool,
     ) -> Result<Searched, Error> {
+        goal.check(limits)?;
         let count = self.candidates.len();
         // If greedy choice found no set, any set is better.
-        let mut best = self.greedy(goal, limits).map(|best| Chosen { rule: None, ..best });
+        let mut best = self.greedily(goal, limits).map(|best| Chosen { rule: None, ..best });
         let span = match goal {
             Goal::LeastPrice { .. } => self.price(&(0..count).collect::<Vec<_>>()),
             _ => goal.merit(self.worth(&vec![false; count])) - goal.merit(self.worth(&vec![true; count])),

@@ -15,6 +15,9 @@ pub struct Candidate {
 
 /// Joins candidates whose noises are correlated at any step: a set has both or neither.
 ///
+/// # Panics
+/// If a candidate has a measurement that `v` has not.
+///
 /// ```
 /// use supple_lqg::sensors::{Candidate, join_correlated};
 ///

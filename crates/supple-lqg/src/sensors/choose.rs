@@ -66,6 +66,14 @@ pub struct Chosen {
 pub(super) const SAME: f64 = 1e-12;
 
 impl Limits {
+    /// Whether anything can be within them.
+    fn check(&self) -> Result<(), Error> {
+        match self.budget.filter(|budget| !(0.0..f64::INFINITY).contains(budget)) {
+            Some(found) => Err(Error::OutOfRange { what: "the budget", found, valid: "0 or more, or no budget" }),
+            None => Ok(()),
+        }
+    }
+
     /// Whether one more sensor of a given price fits.
     pub(super) fn fits(&self, price: f64, count: usize, more: f64) -> bool {
         let room = |budget: f64| price + more <= budget + SAME * budget.abs();
@@ -82,6 +90,17 @@ impl Goal {
         }
     }
 
+    /// Whether it can be compared with, within these limits.
+    pub(super) fn check(self, limits: Limits) -> Result<(), Error> {
+        match self {
+            Self::LeastPrice { cost } if cost.is_nan() => {
+                let what = "the bound on the expected cost";
+                Err(Error::OutOfRange { what, found: cost, valid: "any number" })
+            }
+            _ => limits.check(),
+        }
+    }
+
     pub(super) fn is_met(self, worth: Worth) -> bool {
         match self {
             Self::LeastPrice { cost } => worth.cost <= cost + SAME * cost.abs(),
@@ -92,10 +111,18 @@ impl Goal {
 
 impl Selection {
     /// Takes one sensor after the other, by gain and by gain per unit of price, and keeps the better of the two sets.
-    /// Sensors without which the set is as good are left out. `None` where neither set reaches the bound of
-    /// [`Goal::LeastPrice`], which does not prove that none does. A requested stop ends it early.
-    #[must_use]
-    pub fn greedy(&self, goal: Goal, limits: Limits) -> Option<Chosen> {
+    /// Sensors without which the set is as good are left out. A requested stop ends it early.
+    ///
+    /// # Errors
+    /// Where neither set reaches the bound of [`Goal::LeastPrice`], which does not prove that none does; if the budget is not
+    /// a number of at least 0.
+    pub fn greedy(&self, goal: Goal, limits: Limits) -> Result<Chosen, Error> {
+        goal.check(limits)?;
+        self.greedily(goal, limits).ok_or_else(|| self.not_found(goal))
+    }
+
+    /// The same; `None` where neither set reaches the bound of [`Goal::LeastPrice`].
+    pub(super) fn greedily(&self, goal: Goal, limits: Limits) -> Option<Chosen> {
         let both = [Rule::Gain, Rule::GainPerPrice].map(|rule| self.greedy_by(goal, limits, rule));
         let tried = both.iter().flatten().map(|chosen| chosen.tried).sum();
         let better = |a: &Chosen, b: &Chosen| self.order(goal, a, b);
@@ -184,20 +211,16 @@ impl Selection {
     }
 
     /// The best of all sets within the limits, in parallel; the result does not depend on the number of threads.
-    /// `going` decides before each of [`exhaustive_rounds`](Self::exhaustive_rounds) rounds whether to continue; `None`
-    /// if it was stopped.
+    /// `going` decides before each of [`exhaustive_rounds`](Self::exhaustive_rounds) rounds whether to continue.
     ///
     /// A set that has room for another sensor is skipped: it cannot be better than the set with it. With more than 15
     /// candidates there are many sets: [`branch_and_bound`](Self::branch_and_bound) need not try all of them.
     ///
     /// # Errors
-    /// Where there are more than 20 candidates, or no set reaches the bound of [`Goal::LeastPrice`].
-    pub fn exhaustive(
-        &self,
-        goal: Goal,
-        limits: Limits,
-        going: &mut dyn FnMut() -> bool,
-    ) -> Result<Option<Chosen>, Error> {
+    /// Where there are more than 20 candidates, or no set reaches the bound of [`Goal::LeastPrice`]; if the budget is not a
+    /// number of at least 0; [`Error::Stopped`] if it was stopped.
+    pub fn exhaustive(&self, goal: Goal, limits: Limits, going: &mut dyn FnMut() -> bool) -> Result<Chosen, Error> {
+        goal.check(limits)?;
         let count = self.candidates.len();
         if count > MOST_EXHAUSTIVE {
             let what = "the number of candidates of an exhaustive search".to_owned();
@@ -207,7 +230,7 @@ impl Selection {
         let mut best: Option<Chosen> = None;
         for round in sets.chunks(ROUND) {
             if !going() {
-                return Ok(None);
+                return Err(Error::Stopped);
             }
             let one = |memory: &mut Vec<Memory>, set: &Vec<usize>| Chosen {
                 worth: self.worth_with(&self.weights_of(set), memory),
@@ -228,10 +251,7 @@ impl Selection {
                 break;
             }
         }
-        match best {
-            Some(best) => Ok(Some(self.pruned(goal, best))),
-            None => Err(self.insufficient(goal)),
-        }
+        best.map(|best| self.pruned(goal, best)).ok_or_else(|| self.insufficient(goal))
     }
 
     /// The error that no set within the limits reaches the bound of [`Goal::LeastPrice`].
@@ -241,8 +261,7 @@ impl Selection {
     }
 
     /// The error that none was found, which proves nothing unless all candidates together are not good enough either.
-    #[must_use]
-    pub fn not_found(&self, goal: Goal) -> Error {
+    pub(super) fn not_found(&self, goal: Goal) -> Error {
         match goal {
             Goal::LeastPrice { cost } if self.worth(&vec![true; self.candidates.len()]).cost <= cost => {
                 Error::NoSensorsFound { bound: cost }

@@ -44,16 +44,17 @@ use sight::{Memory, Sight, Weights};
 /// let plant = Plant { knots: &knots, noise: &noise, value, fixed: 0.0, weight: 1.0 };
 /// let selection = Selection::new(candidates, &[plant])?;
 /// let one = Limits { count: Some(1), ..Limits::default() };
-/// let best = selection.greedy(Goal::LeastCost, one).ok_or("a set was found")?;
+/// let best = selection.greedy(Goal::LeastCost, one)?;
 /// assert_eq!(selection.candidates[best.sensors[0]].name, "position");
 ///
 /// // A bound without a search, and the best set by a search.
-/// let relaxation = selection.bound(Goal::LeastCost, one);
+/// let relaxation = selection.bound(Goal::LeastCost, one)?;
 /// assert!(relaxation.bound <= best.worth.cost && relaxation.weights.len() == 2);
 /// let found = selection.branch_and_bound(Goal::LeastCost, one, 1000, &mut || true)?;
 /// assert!(found.proved && found.chosen.sensors == best.sensors && best.rule.is_some());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[derive(Clone, Debug)]
 pub struct Selection {
     /// The candidates.
     pub candidates: Vec<Candidate>,
@@ -67,9 +68,9 @@ impl Selection {
     /// made.
     ///
     /// # Errors
-    /// Where a candidate's row does not exist or belongs to another too, its price is negative or not finite, noise is not
-    /// positive definite or shared by two candidates, the value of information is indefinite, or the expected cost without
-    /// candidates is not finite.
+    /// Where a candidate's row does not exist or belongs to another too, its price is negative or not finite, the arrays of a
+    /// plant do not fit each other, noise is not positive definite or shared by two candidates, the value of information is
+    /// indefinite, or the expected cost without candidates is not finite.
     pub fn new(candidates: Vec<Candidate>, plants: &[Plant]) -> Result<Self, Error> {
         if let Some(candidate) = candidates.iter().find(|candidate| !(0.0..f64::INFINITY).contains(&candidate.price)) {
             return Err(Error::SensorPrice { sensor: candidate.name.clone(), price: candidate.price });
@@ -79,7 +80,8 @@ impl Selection {
             let mut owners = vec![None; count];
             for (index, candidate) in candidates.iter().enumerate() {
                 for &row in &candidate.rows {
-                    let missing = || Error::Shape { what: "the measurement".into(), found: count, expected: row + 1 };
+                    let sensor = &candidate.name;
+                    let missing = || Error::MissingMeasurement { sensor: sensor.clone(), row, count };
                     let owner: &mut Option<usize> = owners.get_mut(row).ok_or_else(missing)?;
                     if let Some(other) = owner.replace(index) {
                         let [first, second] = [other, index].map(|at| candidates[at].name.clone());
@@ -101,16 +103,24 @@ impl Selection {
 
     /// What a set of candidates is worth, in addition to the sensors that are always there: the sum of the plants' expected
     /// costs, and the weighted sum of their information. `chosen` has one entry per candidate.
+    ///
+    /// # Panics
+    /// If it has not.
     #[must_use]
     pub fn worth(&self, chosen: &[bool]) -> Worth {
+        self.check_one_each(chosen.len());
         let z: Vec<f64> = chosen.iter().map(|&one| f64::from(u8::from(one))).collect();
         self.worth_with(&z, &mut self.memory(false))
     }
 
     /// The same with weights from 0 to 1, and its derivatives by them: a candidate with the weight `z` has `1 / z` times
     /// its noise. Both expected cost and information are returned, the derivatives in this order.
+    ///
+    /// # Panics
+    /// If there is not one weight per candidate.
     #[must_use]
     pub fn relaxed(&self, z: &[f64]) -> (Worth, [Vec<f64>; 2]) {
+        self.check_one_each(z.len());
         let mut memory = self.memory(true);
         let mut worth = Worth::default();
         let gradients = [(1.0, 0.0), (0.0, 1.0)].map(|(cost, information)| {
@@ -119,6 +129,11 @@ impl Selection {
             gradient
         });
         (worth, gradients)
+    }
+
+    fn check_one_each(&self, found: usize) {
+        let count = self.candidates.len();
+        assert!(found == count, "there must be one entry per candidate: {count}, not {found}");
     }
 
     fn memory(&self, gradients: bool) -> Vec<Memory> {
@@ -158,7 +173,10 @@ impl Selection {
         self.sum(each)
     }
 
-    /// Total price of the candidates in a set.
+    /// Total price of the candidates in a set, each by its index in [`Selection::candidates`].
+    ///
+    /// # Panics
+    /// If an index is not that of a candidate.
     #[must_use]
     pub fn price(&self, sensors: &[usize]) -> f64 {
         sensors.iter().fold(0.0, |sum, &one| sum + self.candidates[one].price)

@@ -5,7 +5,7 @@ use crate::{Knots, Noise};
 /// A plant along its trajectory with every candidate sensor, and what it costs.
 ///
 /// Example: [`Selection`](super::Selection).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Plant<'a> {
     /// The plant; its measurements are those of all sensors.
     pub knots: &'a Knots,

@@ -4,6 +4,7 @@ use slsqp::{Func, StopTols};
 use supple_kernels::halt;
 
 use super::{Candidate, Goal, Limits, Selection, Weights};
+use crate::Error;
 
 /// A lower bound on the best set of sensors, from a relaxed problem in which sensors may be present in part.
 ///
@@ -182,13 +183,16 @@ impl Selection {
     /// so that every linearisation of it lies below it, and the least of a linearisation over all weights within the
     /// limits lies below all sets (theory, equation N.6). The linearisations are those that SLSQP makes on its way to the
     /// least merit.
-    #[must_use]
-    pub fn bound(&self, goal: Goal, limits: Limits) -> Relaxation {
+    ///
+    /// # Errors
+    /// If the budget is not a number of at least 0.
+    pub fn bound(&self, goal: Goal, limits: Limits) -> Result<Relaxation, Error> {
+        goal.check(limits)?;
         let found = self.relax(goal, &Region::whole(&self.candidates, limits));
-        match goal {
+        Ok(match goal {
             Goal::MostInformation => Relaxation { bound: self.most_added(limits).min(-found.bound), ..found },
             _ => found,
-        }
+        })
     }
 
     /// The most information that a set within the limits can have, from above: that of the greedy choice after some of its
@@ -196,7 +200,7 @@ impl Selection {
     fn most_added(&self, limits: Limits) -> f64 {
         let prices: Vec<f64> = self.candidates.iter().map(|candidate| candidate.price).collect();
         let region = Region::whole(&self.candidates, limits);
-        let order = self.greedy(Goal::MostInformation, limits).map_or_else(Vec::new, |chosen| chosen.sensors);
+        let order = self.greedily(Goal::MostInformation, limits).map_or_else(Vec::new, |chosen| chosen.sensors);
         let mut memory = self.memory(false);
         let mut after = |held: &[usize]| {
             let mut z = self.weights_of(held);

@@ -3,7 +3,7 @@ use supple_kernels::{Matrices, rows};
 use super::plant::Plant;
 use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman_to_the_end, reverse_kalman};
 use crate::dense::{Dense, dense, eigen, store};
-use crate::given::MEASUREMENT;
+use crate::given::{Given, MEASUREMENT};
 use crate::information::{Information, information};
 use crate::{Dimensions, Error, KnotAdjoints, Knots, Noise};
 
@@ -83,13 +83,18 @@ impl Sight {
     /// Builds it for a plant. `owners` maps each measurement to a candidate, or to none if it is always made.
     ///
     /// # Errors
-    /// Where noise is not positive definite, is shared between owners, or the value of information is indefinite.
+    /// Where arrays do not fit each other, noise is not positive definite, is shared between owners, or the value of information is indefinite.
     pub fn new(Plant { knots, noise, value, fixed, .. }: Plant, owners: Vec<Option<usize>>) -> Result<Self, Error> {
+        let (dimensions, steps) = (knots.dimensions, knots.steps());
+        knots.check_shapes()?;
+        noise.check(dimensions, steps)?;
+        let shape = (dimensions.states, dimensions.states);
+        Given { what: VALUE, array: value, shape, count: steps }.check_finite()?;
         check_semidefinite(value)?;
-        let rows = whitened(&knots.measurement, &noise.measurement, &owners)?;
+        let rows = whitened(&knots.measurement, &noise.measurement, steps, &owners)?;
         let Noise { initial, process, .. } = noise.clone();
         let (dynamics, value) = (knots.dynamics.clone(), value.clone());
-        Ok(Self { dynamics, dimensions: knots.dimensions, initial, process, value, rows, owners, fixed })
+        Ok(Self { dynamics, dimensions, initial, process, value, rows, owners, fixed })
     }
 
     /// Memory for [`worth`](Self::worth) and, with `gradients`, for [`gradient`](Self::gradient).
@@ -199,26 +204,27 @@ impl Sight {
 fn check_semidefinite(value: &Matrices) -> Result<(), Error> {
     let (mut least, mut step, mut greatest) = (0.0, 0, 0.0_f64);
     for t in 0..value.count() {
-        let what = "the value of information";
+        let what = VALUE;
         let found = eigen(dense(value, t)).ok_or(Error::NotFinite { what, step: t })?.eigenvalues;
         greatest = greatest.max(found.max());
         if found.min() < least {
             (least, step) = (found.min(), t);
         }
     }
-    let what = "the value of information";
-    if least < -INDEFINITE * greatest { Err(Error::NotPositiveDefinite { what, step }) } else { Ok(()) }
+    if least < -INDEFINITE * greatest { Err(Error::NotPositiveDefinite { what: VALUE, step }) } else { Ok(()) }
 }
+
+const VALUE: &str = "the value of information";
 
 /// Eigenvalues of the value of information down to this, relative to the greatest of all steps, are rounding.
 const INDEFINITE: f64 = 1e-9;
 
-/// `L^-1 C` with the Cholesky factor `L` of the noise, step by step.
-fn whitened(c: &Matrices, v: &Matrices, owners: &[Option<usize>]) -> Result<Matrices, Error> {
-    let (steps, n, p) = (c.count(), c.cols(), c.rows());
-    let mut rows = Matrices::zeros(steps, p, n);
+/// `L^-1 C` with the Cholesky factor `L` of the noise, at each of `steps` steps and the end.
+fn whitened(c: &Matrices, v: &Matrices, steps: usize, owners: &[Option<usize>]) -> Result<Matrices, Error> {
+    let (n, p) = (c.cols(), c.rows());
+    let mut rows = Matrices::zeros(steps + 1, p, n);
     let mut factor = vec![0.0; p * p];
-    for t in 0..steps {
+    for t in 0..=steps {
         for i in 0..p {
             for j in 0..=i {
                 let shared = v.get(t, i, j);

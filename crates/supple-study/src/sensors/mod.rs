@@ -33,9 +33,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use supple::Named;
 use supple::plan::PlanMode;
 use supple::sensors::{Candidate, Chosen, Goal, Selected, Selection, every_measurement, select};
+use supple::{Named, lqg};
 use supple_file::{ReadOptions, WithSensors};
 
 mod options;
@@ -75,10 +75,16 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
     if watch.is_stopped() {
         return Err(StudyError::Stopped);
     }
-    if greedy.is_none() && options.method == SensorMethod::Greedy {
-        return Err(selection.not_found(goal).into());
-    }
-    let relaxed = selection.bound(goal, limits);
+    let greedy = match greedy {
+        // A search of all sets may find one.
+        Err(lqg::Error::NoSensorsSuffice { .. } | lqg::Error::NoSensorsFound { .. })
+            if options.method != SensorMethod::Greedy =>
+        {
+            None
+        }
+        found => Some(found?),
+    };
+    let relaxed = selection.bound(goal, limits)?;
     let searched = search(&selection, options, watch)?;
     let best = searched.as_ref().map(|found| found.chosen.clone());
     let Some(chosen) = better(goal, greedy.clone(), best) else {
@@ -155,9 +161,7 @@ fn search(selection: &Selection, options: &SensorsOptions, watch: Watch) -> Resu
             watch.progress.advance(u64::from(!std::mem::take(&mut first)));
             !watch.is_stopped()
         };
-        let Some(chosen) = selection.exhaustive(goal, limits, &mut going)? else {
-            return Err(StudyError::Stopped);
-        };
+        let chosen = selection.exhaustive(goal, limits, &mut going)?;
         let bound = value_of(goal, &chosen);
         return Ok(Some(Searched { chosen, kind: Search::Exhaustive, bound, proved: true }));
     }

@@ -67,7 +67,7 @@ impl Point {
         if let Some(step) = gains_by_noise(plan, noise) {
             return Err(Error::not_definite("the cost-to-go where there is noise", step));
         }
-        let cost = cost_parts(plan.nominal_cost, &plan.policy, belief, noise).expected();
+        let cost = cost_parts(plan.nominal_cost, &plan.policy, belief, noise)?.expected();
         if !cost.is_finite() {
             return Err(Error::NotFinite { what: "the expected cost of a trajectory" });
         }

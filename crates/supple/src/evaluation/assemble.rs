@@ -48,7 +48,7 @@ pub(super) fn second_order(TaskAt { task, phi }: TaskAt, state: &TaskState) -> O
     let mut hessians = Matrices::zeros(plan.knots.cost.count(), plan.knots.cost.rows(), plan.knots.cost.cols());
     let at = plan.trajectory.points();
     task.system.lagrangian_quadratics(at, phi, &plan.costates, &mut hessians, &mut Scratch::new());
-    let noise = noise_cost(&plan.knots, &plan.policy, &state.belief, &hessians);
+    let noise = noise_cost(&plan.knots, &plan.policy, &state.belief, &hessians).ok()?;
     Some(plan.nominal_cost + noise).filter(|cost| cost.is_finite())
 }
 

@@ -271,7 +271,7 @@ fn every_part_of_the_expected_cost_equals_that_of_the_closed_loop() {
             assert_near("process cost", cost.process, process, 1e-11);
             assert_near("belief cost", cost.belief, over_nominal - initial - process, 1e-9);
             assert_near("expected cost", cost.expected() - cost.nominal, over_nominal, 1e-11);
-            let again = cost_parts(state.plan.nominal_cost, &state.plan.policy, &state.belief, &state.noise);
+            let again = cost_parts(state.plan.nominal_cost, &state.plan.policy, &state.belief, &state.noise).unwrap();
             assert_eq!(again, cost, "the parts depend on plan, belief and noise alone");
         }
     }

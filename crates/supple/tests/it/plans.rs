@@ -53,7 +53,7 @@ fn expected_cost(problem: &Problem, controls: &Matrices) -> f64 {
     task.noise.resolve_along(&phi, &plan.trajectory.states, &mut noise).unwrap();
     let mut belief = Belief::zeros(size.states, size.measurements, task.steps);
     kalman(&plan.knots, &noise, &mut belief).unwrap();
-    cost_parts(plan.nominal_cost, &plan.policy, &belief, &noise).expected()
+    cost_parts(plan.nominal_cost, &plan.policy, &belief, &noise).unwrap().expected()
 }
 
 /// The largest slope of the expected cost by any control, by central differences, relative to 1.
