@@ -205,6 +205,9 @@ impl Files {
         if let Some(text) = self.given.get(&name) {
             return Ok(text.clone());
         }
+        if path.is_dir() {
+            return Err(FileError::unreadable(&name, "it is a folder, not a file"));
+        }
         let unreadable = |error| FileError::unreadable(&name, error);
         let mut bytes = Vec::new();
         let file = std::fs::File::open(path).map_err(unreadable)?;
