@@ -90,7 +90,7 @@ class CostReport(Record):
         belief: Cost of estimation error, ``1/2 sum Tr(Xi Sigma)``.
         process: Cost of process noise, ``1/2 sum Tr(S W)``.
         initial: Cost of initial uncertainty, ``1/2 Tr(S_0 X_0)``.
-        terms: The terms of the nominal cost by name, in the order of the costs of the task; empty if the model has one cost.
+        terms: The terms of the nominal cost by name, in the order of the costs of the task; empty if the model does not tell them.
         second_order: The expected cost with the second derivatives of dynamics and cost, to second order in deviations;
             ``None`` without roll-outs, at limits of quantities, and for plans that are not nominal.
         bound: The cost limit; ``None`` if there is none.
@@ -436,6 +436,7 @@ class Trust(Record):
         rollouts_needed: About how many roll-outs are needed, if there are too few to tell.
         substeps_advised: The ``substeps`` of the model to try, if roll-outs differ on finer steps.
         shorter_steps_advised: Whether to try a smaller ``time_step`` instead, as the model has about 1000 sub-steps.
+        bits_unknown: Whether there are too few roll-outs to tell their information, which is then one of the reasons.
     """
 
     verdict: str
@@ -443,6 +444,7 @@ class Trust(Record):
     rollouts_needed: int | None = None
     substeps_advised: int | None = None
     shorter_steps_advised: bool = False
+    bits_unknown: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)

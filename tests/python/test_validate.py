@@ -87,6 +87,26 @@ def test_errors_of_the_model_cost_what_they_should(wiping: supple.validation.Val
     assert unchanged.tasks["wipe"].mujoco.cost_mean == pytest.approx(plain.mujoco.cost_mean, rel=1e-9)
 
 
+def test_tasks_that_set_parameters_are_validated_with_them(tmp_path: Path) -> None:
+    """A heavier forearm is heavier on MuJoCo too: its motion is that of the task, not that of the parameter."""
+    text = Path("tasks/elastic_elbow.toml").read_text().replace("../models", str(Path("models").resolve()))
+    head, tail = text.split("[[tasks]]", 1)
+    parameter = '[parameters.payload]\ninitial = 1.0\nbounds = [0.5, 4.0]\nrole = "study"\n'
+    parameter += '[model.links.forearm]\nmass = "payload"\n\n'
+    lines = tail.replace('name = "press"', 'name = "loaded"\nset = { payload = 2.5 }', 1)
+    file = tmp_path / "elbow.toml"
+    file.write_text(f"{head}{parameter}[[tasks]]{tail}\n[[tasks]]{lines}")
+    task = supple.load(file)
+    found = supple.mujoco.validate(task, rollouts=16, seed=1)
+    light, loaded = (found.tasks[name] for name in ("press", "loaded"))
+    expected = task.evaluate(rollouts=0)
+    assert expected.tasks["loaded"].set == {"payload": 2.5} and expected.tasks["press"].set == {}
+    for name, one in (("press", light), ("loaded", loaded)):
+        assert one.predicted_cost == pytest.approx(expected.tasks[name].cost.expected, rel=1e-9)
+        assert one.mujoco.cost_mean == pytest.approx(one.supple.cost_mean, rel=0.03)
+    assert abs(loaded.predicted_cost - light.predicted_cost) > 0.05 * light.predicted_cost
+
+
 def test_parameters_are_varied_where_they_stand() -> None:
     """A soft spring that is twice as stiff is the robot of twice the parameter: measurements and costs too."""
     from supple._mujoco.validation import _truth

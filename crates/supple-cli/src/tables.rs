@@ -136,8 +136,12 @@ pub(crate) fn percent(from: f64, to: f64) -> String {
     if from == 0.0 { String::new() } else { format!("{:+.1} %", 100.0 * (to - from) / from.abs()) }
 }
 
+/// The title, and what tasks set for themselves.
 pub(crate) fn heading(about: &About) -> String {
-    if about.title.is_empty() { String::new() } else { format!("{}\n\n", about.title) }
+    let settings = about.settings(with_unit);
+    let title = (!about.title.is_empty()).then(|| about.title.clone());
+    let lines: Vec<String> = title.into_iter().chain(settings).collect();
+    if lines.is_empty() { String::new() } else { format!("{}\n\n", lines.join("\n")) }
 }
 
 #[cfg(test)]

@@ -70,6 +70,25 @@ fn evaluate_shows_what_became_of_targets_and_points_out_those_that_are_missed() 
     assert!(missed.contains(line) && missed.contains("on its way from -0.0999"), "{missed}");
 }
 
+/// A pad that is to stay where it starts is no target that is missed.
+#[test]
+fn targets_near_the_start_are_not_missed() {
+    let text = std::fs::read_to_string(repository("tasks/wiping_arm.toml")).unwrap();
+    let text = text.replace("../models", repository("models").to_str().unwrap());
+    let folder = Folder::with_task(edited(&text, "target = [0.1] ", "target = [-0.1] "));
+    let run = folder.run(&["evaluate", "task.toml", "--rollouts", "0"]);
+    let (_, page) = run.quiet();
+    assert!(page.contains("2 frame_point") && !page.contains("on its way"), "{page}");
+}
+
+#[test]
+fn a_folder_in_place_of_a_task_is_named_so() {
+    let folder = Folder::with_task(TWO_MASS);
+    std::fs::create_dir(folder.path("found")).unwrap();
+    let run = folder.run(&["evaluate", "found"]);
+    assert!(run.error().contains("it is a folder, not a file"), "{}", run.error());
+}
+
 #[test]
 fn evaluate_warns_of_a_contact_that_is_missed_and_exits_with_1() {
     let folder = idle();

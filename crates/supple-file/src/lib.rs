@@ -239,7 +239,7 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
             true => {
                 let document = parse_document(source, name)?.reading(document.files().clone());
                 let document = document.naming(Rc::new(names.setting(set.clone())));
-                let (model, _) = read_model(&document)?;
+                let (model, _) = read_model(&document).map_err(|error| tasks::of_set(error, &parameters, &set))?;
                 Some(tasks::Variant { document, model, set })
             }
             false => None,

@@ -88,6 +88,25 @@ fn what_is_likely_a_slip_is_a_warning() {
             PAIR.replace("1 2 3", "0 0 300"),
             "joint `j`: it is 300 m away from the origin of its parent link; lengths must be in m (line 5)",
         ),
+        (
+            "a fixed joint in mm",
+            PAIR.replace(
+                "</robot>",
+                "<link name=\"c\"/><joint name=\"f\" type=\"fixed\"><parent link=\"b\"/><child link=\"c\"/>\
+             <origin xyz=\"0 -60 -250\"/></joint></robot>",
+            ),
+            "joint `f`: it is 257 m away from the origin of its parent link; lengths must be in m (line 6)",
+        ),
+        (
+            "a mass in g",
+            PAIR.replace("mass value=\"2\"", "mass value=\"3800\""),
+            "inertial of link `b`: its mass is 3.8e3 kg; masses must be in kg (line 4)",
+        ),
+        (
+            "limits in degrees",
+            PAIR.replace("continuous", "revolute").replace("</joint>", "<limit lower=\"-11\" upper=\"115\"/></joint>"),
+            "joint `j`: its limits of -11 and 115 must be in rad (line 5)",
+        ),
     ] {
         assert_eq!(read(&text).unwrap().warnings, [expected], "{what}");
     }

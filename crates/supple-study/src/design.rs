@@ -122,6 +122,18 @@ impl DesignReport {
         ends.is_some_and(|(expected, bound)| expected >= bound - AT_LIMIT * bound.abs())
     }
 
+    /// What the cost limit of a task saves, if it has a price: `limit active; +1 in cost saves 2.7 bits`, with numbers as `number`
+    /// writes them.
+    #[must_use]
+    pub fn priced_limit(&self, task: usize, number: impl Fn(f64) -> String) -> Option<String> {
+        let price = self.bound_prices.get(task).filter(|price| price.nats_per_unit > 0.0)?;
+        let (rate, all) = (price.nats_per_unit / std::f64::consts::LN_2, self.optimum.objective.information_bits);
+        Some(match self.is_at_limit(task) {
+            true => format!("limit active; {}", supple_text::saves("cost", rate, all, number)),
+            false => format!("met; what is needed depends on it: {}", supple_text::saves("limit", rate, all, number)),
+        })
+    }
+
     /// How many starts converged to the best design that any found, and how many to worse optima. Starts take no notice of
     /// catalogues.
     pub fn agreement(&self) -> (usize, usize) {

@@ -102,9 +102,23 @@ pub struct AboutTask {
     pub bound: Option<f64>,
     /// Weight of its information in the objective.
     pub information_weight: f64,
+    /// The parameters that it sets for itself, whatever those of a design are.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub set: Named,
 }
 
 impl About {
+    /// What tasks set for themselves, a sentence for each: `loaded: payload = 3 kg`; numbers as `number` writes them.
+    pub fn settings(&self, number: impl Fn(f64, &str) -> String) -> Vec<String> {
+        let unit_of = |name: &str| self.parameters.iter().find(|of| of.name == name).map_or("", |of| &of.unit);
+        let of_task = |task: &AboutTask| {
+            let set: Vec<String> =
+                task.set.0.iter().map(|(name, value)| format!("{name} = {}", number(*value, unit_of(name)))).collect();
+            (!set.is_empty()).then(|| format!("{}: {}", task.name, set.join(", ")))
+        };
+        self.tasks.iter().filter_map(of_task).collect()
+    }
+
     /// What a problem is.
     #[must_use]
     pub fn of(problem: &Problem) -> Self {
@@ -115,6 +129,7 @@ impl About {
             time_step: task.time_step.resolve(&phi),
             bound: task.bound.as_ref().map(|bound| bound.resolve(&phi)),
             information_weight: task.information_weight,
+            set: task.set.clone(),
         };
         Self {
             title: problem.title.clone(),

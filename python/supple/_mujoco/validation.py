@@ -156,7 +156,7 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     plan = task.linearise(task=name)
     if plan.status in ("indefinite", "not_finite"):
         raise ComputeError(f"the plan of `{name}` ended as {plan.status}: there is no controller to validate")
-    native = _of(task._native, name)
+    native = _of(task._native, name, plan.controls.tolist())
     truth = _truth(native, factors)
     substeps = int(json.loads(native.tables())["model"].get("substeps", 1))
     trial = _trial(truth, name, (plan, substeps), contact == "mujoco", factors)
@@ -265,11 +265,13 @@ def _reached(runs: Mapping[str, Any], stops: Mapping[str, tuple[str, Any]]) -> b
     return runs["diverged"] > 0 or any(limit.share > 0.0 for limit in runs["limits"] if limit.name in names)
 
 
-def _of(task: NativeTask, name: str) -> NativeTask:
-    """The task file with the parameters that one of its tasks sets."""
+def _of(task: NativeTask, name: str, controls: list[list[float]]) -> NativeTask:
+    """The task file with the parameters that one of its tasks sets, and the plan of that task."""
     tasks: list[dict[str, Any]] = json.loads(task.tables()).get("tasks", [])
     numbers: dict[str, float] = next((one.get("set", {}) for one in tasks if one["name"] == name), {})
-    return task.changed([], list(numbers.items()), None) if numbers else task
+    if not numbers:
+        return task
+    return task.changed([], list(numbers.items()), None).knowing([(name, controls)])
 
 
 def _truth(task: NativeTask, factors: Mapping[str, float], substeps: int | None = None) -> NativeTask:

@@ -83,6 +83,9 @@ pub fn set(loaded: &mut LoadedTask, settings: &[String]) -> Result<(), Failure> 
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
         let set = loaded.problem.parameters.set(&mut loaded.phi, name.trim(), value);
         set.map_err(|error| wrong(&error.to_string()))?;
+        if loaded.problem.is_set_by_all_tasks(name.trim()) {
+            return Err(wrong("every task sets this parameter for itself, so that it would change nothing"));
+        }
     }
     Ok(())
 }

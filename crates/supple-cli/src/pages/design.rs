@@ -100,16 +100,9 @@ fn results(about: &About, report: &DesignReport) -> Rows {
     for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
         let (from, to) = (before.cost.expected, after.cost.expected);
         let missed = optimum.missed_bound(after);
-        let note = match report.bound_prices.get(index).filter(|price| price.nats_per_unit > 0.0) {
-            _ if missed.is_some() => "missed".into(),
-            Some(price) => {
-                let (saved, all) = (price.nats_per_unit / std::f64::consts::LN_2, optimum.objective.information_bits);
-                match report.is_at_limit(index) {
-                    true => format!("limit active; {}", saves("cost", saved, all, number)),
-                    false => format!("met; what is needed depends on it: {}", saves("limit", saved, all, number)),
-                }
-            }
-            None => String::new(),
+        let note = match missed.is_some() {
+            true => "missed".into(),
+            false => report.priced_limit(index, number).unwrap_or_default(),
         };
         let bound = after.cost.bound.map_or_else(|| "none".into(), number);
         results.add_row([format!("cost of {}", after.name), number(from), number(to), percent(from, to), bound, note]);

@@ -22,7 +22,7 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
     if !values.is_empty() {
         let _ = writeln!(page, "{}\n", values.join("   ").trim_end());
     }
-    at.tasks.iter().for_each(|task| page.push_str(&task_section(about, at, task)));
+    at.tasks.iter().for_each(|task| page.push_str(&task_section(at, task)));
     page.push_str(&prices(at, None));
     page.push_str(&contacts::warnings(at));
     if at.tasks.len() > 1 {
@@ -34,15 +34,10 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
 }
 
 /// One task: how its plan ended, its numbers, limits, contacts and gradients.
-fn task_section(about: &About, at: &Evaluation, task: &TaskEvaluation) -> String {
+fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
     let TaskEvaluation { name, status, iterations, stationarity, .. } = task;
     let plural = if *iterations == 1 { "" } else { "s" };
     let mut page = format!("{name}: {status} after {iterations} iteration{plural}, stationarity {stationarity:.1e}\n");
-    if !task.set.is_empty() {
-        let unit_of = |name: &str| about.parameters.iter().find(|of| of.name == name).map_or("", |of| &of.unit);
-        let set = task.set.0.iter().map(|(name, value)| format!("{name} = {}", with_unit(*value, unit_of(name))));
-        let _ = writeln!(page, "  with {}", set.collect::<Vec<_>>().join(", "));
-    }
     if task.cost_curvature == Curvature::GaussNewton {
         page.push_str("  cost curvature: Gauss-Newton\n");
     }

@@ -16,8 +16,9 @@ pub fn robustness_page(about: &About, study: &Robustness) -> String {
         for planned_for in [PlannedFor::Nominal, PlannedFor::Truth] {
             let _ = writeln!(
                 page,
-                "Cost of {}, {}:\n\n{}",
+                "Cost of {}, {}{}:\n\n{}",
                 task.name,
+                if task.set.get(&study.options.vary.parameter).is_some() { "which sets it for itself, " } else { "" },
                 planning(study, planned_for),
                 costs(study, index, planned_for)
             );

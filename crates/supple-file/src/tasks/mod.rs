@@ -205,6 +205,13 @@ pub(super) struct Variant<'a> {
     pub set: Vec<Option<f64>>,
 }
 
+/// An error that only a task with these parameters has.
+pub(super) fn of_set(error: FileError, parameters: &Parameters, set: &[Option<f64>]) -> FileError {
+    let numbers = parameters.iter().zip(set).filter_map(|(of, number)| Some((&of.name, (*number)?)));
+    let set: Vec<String> = numbers.map(|(name, number)| format!("{name} = {}", digits(number))).collect();
+    FileError { message: format!("{} (in a task with {})", error.message, set.join(", ")), ..error }
+}
+
 /// The parameters that each task sets, `[tasks.set]`: one entry per parameter.
 pub(super) fn sets(document: &Document, parameters: &Parameters) -> Result<Vec<Vec<Option<f64>>>, FileError> {
     let at = ["tasks".into()];

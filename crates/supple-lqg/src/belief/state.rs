@@ -91,11 +91,11 @@ impl Belief {
     /// let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
     /// let plant = LinearQuadratic { a: &a, b: &b, c: &c, q: &[[1.0, 0.0], [0.0, 0.1]], r: &[[0.01]] };
     /// let knots = Knots::linear(50, plant)?;
-    /// let one = constant(&[[1.0, 0.0], [0.0, 1.0]]);
-    /// let noise = Noise { initial: one.clone(), process: one, measurement: constant(&[[1.0]]) };
+    /// let three = constant(&[[3.0, 0.0], [0.0, 3.0]]);
+    /// let noise = Noise { initial: three.clone(), process: three, measurement: constant(&[[1.0]]) };
     /// let mut belief = Belief::zeros(2, 1, 50);
     /// kalman(&knots, &noise, &mut belief)?;
-    /// assert_eq!(belief.gain::<Vec<Vec<f64>>>(0), [[0.5], [0.0]]);
+    /// assert_eq!(belief.gain::<Vec<Vec<f64>>>(0), [[0.75], [0.0]]);
     /// # Ok::<(), supple_lqg::Error>(())
     /// ```
     #[must_use]

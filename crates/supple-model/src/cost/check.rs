@@ -6,7 +6,6 @@ use supple_text::count;
 use super::{Cost, Quadratic, Weights, quadratic};
 use crate::document::Unfit;
 use crate::parameters::Parameters;
-use crate::quantity::Reach;
 
 impl Cost {
     /// Checks that it fits a model with this many signals: what its quantity reads, one target and one weight for each of the
@@ -27,15 +26,7 @@ impl Cost {
     /// assert_eq!(wrong.as_deref(), Some("weight: must be 2 numbers, one for each entry of `state`; found 1"));
     /// ```
     pub fn check(&self, size: Dimensions, signals: usize, parameters: &Parameters) -> Result<(), Unfit> {
-        let Reach { states, controls, signals: read } = self.quantity.reach();
-        let name = self.quantity.name();
-        let given =
-            [("states", states, size.states), ("controls", controls, size.controls), ("signals", read, signals)];
-        if let Some((what, last, found)) = given.into_iter().find(|&(_, last, found)| last > found) {
-            return Err(Unfit::here(format!(
-                "`{name}` reads number {last} of the model's {what}, of which there are {found}"
-            )));
-        }
+        self.quantity.check_reach(size, signals)?;
         self.check_lengths()?;
         for target in &self.targets {
             parameters.number(target).map_err(|wrong| Unfit::new("target", wrong.to_string()))?;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call};
+use supple_lqg::Dimensions;
 
 use super::{Known, Measurable, Reach, Vocabulary};
 use crate::channels::Channel;
@@ -231,6 +232,23 @@ impl Quantity {
     #[must_use]
     pub fn reach(&self) -> Reach {
         self.0.reach()
+    }
+
+    /// Checks that a model of this size, with this many signals, has all that it reads.
+    ///
+    /// # Errors
+    /// What the model has not.
+    pub fn check_reach(&self, size: Dimensions, signals: usize) -> Result<(), Unfit> {
+        let Reach { states, controls, signals: read } = self.reach();
+        let given =
+            [("states", states, size.states), ("controls", controls, size.controls), ("signals", read, signals)];
+        match given.into_iter().find(|&(_, last, found)| last > found) {
+            None => Ok(()),
+            Some((what, last, found)) => Err(Unfit::here(format!(
+                "`{}` reads number {last} of the model's {what}, of which there are {found}",
+                self.name()
+            ))),
+        }
     }
 
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.

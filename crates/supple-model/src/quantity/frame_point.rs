@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use super::{Known, Measurable, QuantityFile, Reach, Unfit, Vocabulary, pick};
 use crate::channels::Channel;
 use crate::physics::Point;
 
@@ -84,6 +84,10 @@ impl Measurable for FramePoint {
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         let frame = self.selected.first().map_or("", |&signal| vocabulary.frame_of(signal));
         self.axes.iter().map(|axis| Channel::new(format!("{axis} of {frame}"), "m")).collect()
+    }
+
+    fn reach(&self) -> Reach {
+        Reach { signals: Reach::beyond(&self.selected), ..Reach::default() }
     }
 
     fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {

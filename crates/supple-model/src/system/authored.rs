@@ -286,7 +286,8 @@ impl<M: Model> System for Authored<M> {
         let mut costs = self.costs.iter().enumerate();
         costs.try_for_each(|(index, cost)| {
             cost.check(size, signals, parameters).map_err(|unfit| unfit.below(index).below("costs"))
-        })
+        })?;
+        self.followed.iter().try_for_each(|followed| followed.quantity.check_reach(size, signals))
     }
 
     fn time_step(&self) -> Option<&Value> {

@@ -35,12 +35,11 @@ impl Names {
     /// The same names, of which some stand for numbers: one entry per name. Which of them were used is known to both.
     ///
     /// ```
-    /// use supple_model::Value;
     /// use supple_model::value::Names;
     ///
     /// let names = Names::new(vec!["k".into(), "mass".into()]);
     /// let loaded = names.setting(vec![None, Some(3.0)]);
-    /// assert_eq!(loaded.value("mass")?, Value::Number(3.0));
+    /// assert_eq!(loaded.value("mass")?.resolve::<f64>(&[2.0, 1.0]), 3.0);
     /// assert_eq!(loaded.value("k * mass")?.resolve::<f64>(&[2.0, 1.0]), 6.0);
     /// assert!(names.unused().is_empty());
     /// # Ok::<(), supple_model::ValueError>(())
@@ -94,6 +93,7 @@ impl Names {
     }
 
     /// The names that no value used.
+    #[must_use]
     pub fn unused(&self) -> Vec<&str> {
         let used = self.used.borrow();
         self.declared.iter().zip(used.iter()).filter(|(_, used)| !**used).map(|(name, _)| name.as_str()).collect()
@@ -112,8 +112,9 @@ impl Value {
     ) -> Result<Self, ValueError> {
         match leaf_of(text) {
             Some(Tree::Parameter(index)) => return Ok(Self::Parameter(ParameterHandle::at(index))),
-            Some(Tree::Number(number)) => return Ok(Self::Number(number)),
-            _ => {}
+            // Not a number of the text: what holds for numbers that somebody wrote does not hold for it.
+            Some(number) => return Ok(Self::Expression(Expression::new(number))),
+            None => {}
         }
         if text.trim().is_empty() {
             return Err(ValueError::Empty { text: text.to_owned() });
@@ -121,12 +122,16 @@ impl Value {
         if text.parse::<f64>().is_ok() {
             return Err(undeclared(text, declared));
         }
-        let known = |name: &str| leaf_of(name).ok_or_else(|| undeclared(name, declared));
+        let mut is_named = false;
+        let known = |name: &str| {
+            is_named = true;
+            leaf_of(name).ok_or_else(|| undeclared(name, declared))
+        };
         // `a-b` may be intended as a name or as a difference.
         let tree = parse(text, &mut { known })
             .map_err(|error| if is_name(text) { undeclared(text, declared) } else { error })?;
         let expression = Expression::new(tree);
-        if !expression.parameters().is_empty() {
+        if is_named {
             return Ok(Self::Expression(expression));
         }
         let number = expression.resolve::<f64>(&[]);

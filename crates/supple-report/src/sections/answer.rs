@@ -308,7 +308,10 @@ fn parameters(part: &Part, report: &DesignReport, end: &str) -> Markup {
         return html! {};
     }
     let head = words(["parameter", "start", end, "unit", "range", "remark"]);
-    table("Parameters", &head, &rows)
+    html! {
+        (table("Parameters", &head, &rows))
+        @for settings in part.about.settings(with_unit) { p { "Set by the task " (settings) "." } }
+    }
 }
 
 /// Information and costs from start to end.
@@ -360,13 +363,7 @@ fn cost_remark(report: &DesignReport, task: usize, bound: Option<f64>) -> [Strin
     let Some(bound) = bound else { return ["none".into(), String::new()] };
     let note = match Standing::of_cost(report, task) {
         Standing::Missed => "missed".into(),
-        Standing::Active { rate, all } if report.is_at_limit(task) => {
-            format!("limit active; {}", saves("cost", rate, all, number))
-        }
-        Standing::Active { rate, all } => {
-            format!("met; what is needed depends on it: {}", saves("limit", rate, all, number))
-        }
-        Standing::Met => "met".into(),
+        _ => report.priced_limit(task, number).unwrap_or_else(|| "met".into()),
     };
     [number(bound), note]
 }

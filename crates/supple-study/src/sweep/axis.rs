@@ -94,6 +94,9 @@ impl Axis {
             count if count > MOST_POINTS => return Err(too_many(count as f64)),
             _ => {}
         }
+        if task.problem.is_set_by_all_tasks(name) {
+            return Err(format!("every task sets `{name}` for itself, so that it would change nothing"));
+        }
         if let Some(value) = self.values.iter().find(|value| !(lower..=upper).contains(value)) {
             return Err(format!("{value} is outside the bounds of `{name}`, [{lower}, {upper}]"));
         }

@@ -152,7 +152,7 @@ pub(super) fn contact_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: &
     planned.into_iter().zip(ran).map(curve).collect()
 }
 
-/// The terms of a task's cost along its plan; empty if the system has only one term.
+/// The terms of a task's cost along its plan; empty if the system does not tell its terms.
 pub(super) fn cost_curves(task: &Task, phi: &[f64], plan: &Trajectory) -> Vec<CostCurve> {
     let names = task.system.cost_names();
     let mut curves: Vec<CostCurve> = names.into_iter().map(|name| CostCurve { name, per_step: Vec::new() }).collect();

@@ -9,6 +9,8 @@ use crate::problem::TaskAt;
 const LARGE: f64 = 0.1;
 /// Share of the way to its target that a number has to cover, or it misses it.
 const COVERED: f64 = 0.5;
+/// Numbers that start closer to their target than this share of it are to stay there.
+const NEAR: f64 = 0.05;
 /// Up to this count, all numbers of a term are shown.
 const FEW: usize = 3;
 
@@ -102,8 +104,9 @@ impl CostTerm {
     pub(super) fn missed(&self, nominal: f64) -> impl Iterator<Item = &TargetReport> {
         let is_large = self.share(nominal).is_some_and(|share| share > LARGE);
         let counts = move |number: &&TargetReport| number.in_final_cost && (number.target != 0.0 || is_large);
+        let is_away = |number: &&TargetReport| (number.start - number.target).abs() > NEAR * number.target.abs();
         let is_missed = |number: &&TargetReport| number.covered().is_some_and(|covered| covered < COVERED);
-        self.targets.iter().filter(counts).filter(is_missed)
+        self.targets.iter().filter(counts).filter(is_away).filter(is_missed)
     }
 
     /// Its share of a nominal cost; `None` if that is 0, where nothing moves.
@@ -113,7 +116,7 @@ impl CostTerm {
     }
 }
 
-/// The terms of a task's cost along its plan, with their costs over time; empty if the system has only one term.
+/// The terms of a task's cost along its plan, with their costs over time; empty if the system does not tell its terms.
 pub(super) fn cost_terms(TaskAt { task, phi }: TaskAt, plan: &Trajectory, curves: &[CostCurve]) -> Vec<CostTerm> {
     let targets = if curves.is_empty() { Vec::new() } else { task.system.targets(phi) };
     let numbers: Vec<(usize, TargetReport)> = if targets.is_empty() {

@@ -56,6 +56,9 @@ pub struct Trust {
     /// Where there are too few roll-outs to tell, which is then one of the reasons: about how many are needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rollouts_needed: Option<usize>,
+    /// Whether there are too few to know their information, which is then one of the reasons.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub bits_unknown: bool,
     /// If roll-outs behave differently on finer steps, which is then one of the reasons: the sub-steps of the model to
     /// try.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -172,6 +175,7 @@ impl Trust {
                 verdict: Verdict::Broken,
                 reasons: broken,
                 rollouts_needed: None,
+                bits_unknown: false,
                 substeps_advised: None,
                 shorter_steps_advised: false,
             };
@@ -184,11 +188,12 @@ impl Trust {
         let broken_by_steps = coarse.as_ref().filter(|(verdict, _)| *verdict == Verdict::Broken);
         if let Some(reason) = broken_by_steps.map(|(_, reason)| reason.clone()).or(of_limit) {
             let reasons = runaways(sampled).into_iter().chain([reason]).collect();
-            let (verdict, rollouts_needed) = (Verdict::Broken, None);
-            return Self { verdict, reasons, rollouts_needed, substeps_advised, shorter_steps_advised };
+            let (verdict, rollouts_needed, bits_unknown) = (Verdict::Broken, None, false);
+            return Self { verdict, reasons, rollouts_needed, bits_unknown, substeps_advised, shorter_steps_advised };
         }
         let rollouts_needed = rollouts_needed(predicted, sampled);
         let mut reasons = doubts(predicted, sampled, rollouts_needed);
+        let bits_unknown = bits_unknown(predicted, sampled);
         reasons.extend(coarse.map(|(_, reason)| reason));
         let verdict = if is_lost(predicted, sampled) {
             Verdict::Broken
@@ -200,7 +205,7 @@ impl Trust {
         if verdict == Verdict::Holds {
             reasons = small_differences(predicted, sampled);
         }
-        Self { verdict, reasons, rollouts_needed, substeps_advised, shorter_steps_advised }
+        Self { verdict, reasons, rollouts_needed, bits_unknown, substeps_advised, shorter_steps_advised }
     }
 
     /// Whether roll-outs contradict the predictions, which must not be used then.
@@ -209,10 +214,10 @@ impl Trust {
         self.verdict == Verdict::Broken
     }
 
-    /// Whether the only doubt is that there are too few roll-outs.
+    /// Whether the only doubt is that there are too few roll-outs, to know their cost, and perhaps their information too.
     #[must_use]
     pub fn needs_only_rollouts(&self) -> bool {
-        self.rollouts_needed.is_some() && self.reasons.len() == 1
+        self.rollouts_needed.is_some() && self.reasons.len() == 1 + usize::from(self.bits_unknown)
     }
 }
 
@@ -274,11 +279,11 @@ fn is_lost(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
     let of_filter = [sampled.consistency, finer].into_iter().flatten().any(|found| found.mean > LOST);
     let by_chance = chance(sampled.rollouts);
     let bits = sampled.realised_bits.as_ref().map_or(0.0, |bits| bits.mean - by_chance * bits.standard_error);
-    let far_more = Verdict::MUCH_MORE * predicted.cost.abs();
-    let costs = costs_more(predicted, sampled) && surely(sampled) > far_more;
+    let twice = Verdict::MUCH_MORE * predicted.cost.abs();
+    let costs = costs_more(predicted, sampled) && surely(sampled) > twice;
     let costs_on_finer_steps = sampled.finer.as_ref().is_some_and(|finer| {
         finer.cost_mean - chance(finer.rollouts) * finer.difference_standard_error
-            > far_more.max(Verdict::MUCH_MORE * finer.own_cost_mean)
+            > twice.max(Verdict::MUCH_MORE * finer.own_cost_mean)
     });
     of_filter || bits > Verdict::FAR_MORE * predicted.bits.max(1.0) || costs || costs_on_finer_steps
 }
@@ -356,6 +361,14 @@ fn least_bits(expected: f64, found: &Estimate, rollouts: usize) -> f64 {
 /// By how many bits roll-outs may differ from the prediction without a word.
 fn tolerated_bits(expected: f64) -> f64 {
     (TOLERATED * expected).max(TOLERATED_BITS)
+}
+
+/// Whether there are too few roll-outs to tell whether their information is as predicted.
+fn bits_unknown(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
+    sampled.realised_bits.is_some_and(|bits| {
+        let difference = (bits.mean - predicted.bits).abs();
+        difference > tolerated_bits(predicted.bits) && difference <= least_bits(predicted.bits, &bits, sampled.rollouts)
+    })
 }
 
 /// Whether squared innovations deviate from their expected value by more than chance and more than the tolerance.
@@ -551,7 +564,7 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
             reasons.push(format!(
                 "roll-outs gave {found} bits, but {expected} are predicted: the sensors behave differently away from the plan"
             ));
-        } else if difference > tolerated_bits(predicted.bits) {
+        } else if bits_unknown(predicted, sampled) {
             let by_chance = said(chance(sampled.rollouts) * bits.standard_error);
             reasons.push(format!(
                 "roll-outs gave {found} bits, but {expected} are predicted, and their mean may be off by {by_chance} (three \
@@ -618,6 +631,16 @@ mod tests {
             assert_eq!((trust.substeps_advised, trust.shorter_steps_advised), (advised, advised.is_none()));
             assert_eq!(trust.to_string().contains("substeps"), advised.is_some(), "{trust}");
             assert!(trust.to_string().contains("a smaller `time_step`"), "{trust}");
+        }
+    }
+
+    /// Roll-outs that surely cost more than twice what is expected are not those of the plan.
+    #[test]
+    fn twice_the_cost_breaks_a_prediction() {
+        for (cost, verdict) in [(20.5, Verdict::Holds), (35.0, Verdict::Doubtful), (41.0, Verdict::Broken)] {
+            let mut sampled = sampled(cost, 1.0);
+            sampled.finer = None;
+            assert_eq!(trust(&sampled, 1).verdict, verdict, "{cost}");
         }
     }
 

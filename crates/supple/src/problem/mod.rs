@@ -187,6 +187,12 @@ impl Problem {
         Self { design, ..self }
     }
 
+    /// Whether every task [sets](Task::set) this parameter for itself, so that nothing else gives it a value.
+    #[must_use]
+    pub fn is_set_by_all_tasks(&self, parameter: &str) -> bool {
+        self.tasks.iter().all(|task| task.set.get(parameter).is_some())
+    }
+
     /// Checks that a design has one finite number per parameter, and the problem itself: its parameters, its planning settings,
     /// and the [lengths and numbers of every task](Task::check_numbers).
     ///

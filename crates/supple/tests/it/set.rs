@@ -58,6 +58,21 @@ fn derivatives_of_tasks_that_set_parameters_are_those_of_differences() {
     assert!(report.passed, "{report:?}");
 }
 
+/// What may be 0 as a parameter may be set to 0.
+#[test]
+fn numbers_that_tasks_set_are_checked_as_parameters_are() {
+    let rough = "dissipation = 2.0                # s/m\nfriction = \"mu\"\nslip = 0.05\n";
+    let text = text("set = { payload = 3.0, mu = 0.0 }", "1.5");
+    let text = text.replacen("dissipation = 2.0                # s/m\n", rough, 1);
+    let text = text + "\n[parameters.mu]\ninitial = 0.3\nbounds = [0.0, 0.5]\nrole = \"study\"\n";
+    let problem = supple_file::parse(&text, "elbow.toml").unwrap();
+    assert_eq!(problem.tasks[1].set.get("mu"), Some(0.0));
+    assert!(
+        !problem.is_set_by_all_tasks("mu")
+            && problem.is_set_by_all_tasks("mu") == problem.is_set_by_all_tasks("payload")
+    );
+}
+
 #[test]
 fn parameters_that_a_task_cannot_set_are_refused() {
     for (set, told) in [

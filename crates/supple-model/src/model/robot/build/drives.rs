@@ -92,12 +92,13 @@ impl Build<'_> {
 
     /// That joints which the robot's file gives no effort, unlike others, are driven all the same.
     fn doubt_passive(&mut self, names: &[String]) {
-        let is_passive = |name: &&String| self.robot.joint(name).is_some_and(|at| self.robot.joints[at].limits.effort == 0.0);
+        let is_passive =
+            |name: &&String| self.robot.joint(name).is_some_and(|at| self.robot.joints[at].limits.effort == 0.0);
         let passive: Vec<String> = names.iter().filter(is_passive).cloned().collect();
         for name in passive {
             let message = format!(
                 "drives joint `{name}`, whose effort limit in the robot's file is 0: there, it has no drive. Leave it out, or give \
-                 it another limit"
+                 it an effort limit in the robot's file"
             );
             let warning = self.error(&["actuated".into()], message).to_string();
             self.robot.warnings.push(warning.clone());
