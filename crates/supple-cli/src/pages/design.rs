@@ -7,7 +7,6 @@ use supple::design::{CatalogueMethod, DesignStatus};
 use supple::parameters::Role;
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
-use supple_text::saves;
 
 use super::ends::at_bounds;
 use super::evaluation::{above_limit, excess, left_lines, limit_lines, minima, prices, reached_lines};
