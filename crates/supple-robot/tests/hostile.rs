@@ -100,12 +100,12 @@ fn what_is_likely_a_slip_is_a_warning() {
         (
             "a mass in g",
             PAIR.replace("mass value=\"2\"", "mass value=\"3800\""),
-            "inertial of link `b`: its mass is 3.8e3 kg; masses must be in kg (line 4)",
+            "inertial of link `b`: its mass is 3800 kg; masses must be in kg (line 4)",
         ),
         (
             "limits in degrees",
-            PAIR.replace("continuous", "revolute").replace("</joint>", "<limit lower=\"-11\" upper=\"115\"/></joint>"),
-            "joint `j`: its limits of -11 and 115 must be in rad (line 5)",
+            PAIR.replace("continuous", "revolute").replace("</joint>", "<limit lower=\"-11\" upper=\"115\" effort=\"9\" velocity=\"9\"/></joint>"),
+            "limit of joint `j`: `lower` = -11 and `upper` = 115 are rad, but look like degrees (line 5)",
         ),
     ] {
         assert_eq!(read(&text).unwrap().warnings, [expected], "{what}");

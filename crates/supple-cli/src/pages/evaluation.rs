@@ -17,7 +17,8 @@ use supple_text::{saves, short};
 /// The page of `supple evaluate`.
 pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
     let mut page = heading(about);
-    let values = about.parameters.iter().zip(&at.parameters.0);
+    let is_set_by_all = |name: &str| about.tasks.iter().all(|task| task.set.get(name).is_some());
+    let values = about.parameters.iter().zip(&at.parameters.0).filter(|(p, _)| !is_set_by_all(&p.name));
     let values: Vec<_> = values.map(|(p, (name, value))| format!("{name} = {} {}", number(*value), p.unit)).collect();
     if !values.is_empty() {
         let _ = writeln!(page, "{}\n", values.join("   ").trim_end());

@@ -27,9 +27,6 @@ const UNITS: &str = "numbers of robot files are in kg, m and s; check the unit a
 const WIDEST: f64 = 10.0;
 /// Masses of links above this are probably in other units, kg.
 const HEAVIEST: f64 = 1000.0;
-/// Limits of revolute joints above this are probably in degrees, rad; and those above the next stand for none.
-const MOST_TURNED: f64 = 30.0;
-const UNLIMITED: f64 = 1000.0;
 /// Excess over the triangle inequality attributed to rounding in a file.
 const EXCESS: f64 = 0.01;
 
@@ -165,12 +162,6 @@ pub(super) fn check_joint(joint: &mut JointPart, warnings: &mut Warnings) -> Res
         let (lower, upper) = (digits(lower), digits(upper));
         let message = format!("the lower limit {lower} is greater than the upper limit {upper}");
         return Err(joint.at.error_about("lower", message));
-    }
-    let greatest = [lower, upper].into_iter().map(f64::abs).filter(|&limit| limit < UNLIMITED).fold(0.0, f64::max);
-    if joint.own.kind == JointKind::Revolute && greatest > MOST_TURNED {
-        warnings.note("far limit", joint.at, || {
-            format!("its limits of {} and {} must be in rad", three(lower), three(upper))
-        });
     }
     Ok(())
 }

@@ -234,10 +234,10 @@ fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, 
     Ok(joint)
 }
 
-/// Whether limits of an angle, rad, are so far apart and so round that they seem to be degrees.
+/// Whether limits of an angle, rad, are so far apart, and whole numbers, that they seem to be degrees.
 fn look_like_degrees(limits: [f64; 2]) -> bool {
     let [lower, upper] = limits;
-    upper - lower >= 30.0 && limits.iter().all(|limit| limit.abs() <= 360.0 && limit % 5.0 == 0.0)
+    upper - lower >= 30.0 && limits.iter().all(|limit| limit.abs() <= 360.0 && limit % 1.0 == 0.0)
 }
 
 /// The `limit` of a joint. Missing positions are 0, as URDF specifies.

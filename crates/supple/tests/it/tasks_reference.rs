@@ -175,7 +175,7 @@ fn files(page: &str) -> Vec<String> {
 #[test]
 fn the_examples_can_be_read_and_their_derivatives_agree() {
     let mut files = files(&page());
-    assert_eq!(files.len(), 3);
+    assert_eq!(files.len(), 4);
     // The robot also with accelerations as unknowns of its steps.
     let whole = files[0].replace("substeps = 2", "substeps = 1");
     assert_ne!(whole, files[0]);
