@@ -20,9 +20,10 @@ __all__ = ["Conclusion", "Moves", "conclude", "enlarged", "furthest_left", "samp
 DOUBTFUL, BROKEN = 1.2, 10.0
 #: Consistency on supple's own model from which the plan itself explains what happens on MuJoCo.
 ASTRAY = 1.5
-#: Share of the predicted cost by which the cost on MuJoCo may exceed it without a word; and how many times as much it is broken,
-#: as roll-outs on supple's own model are.
-DEARER, MUCH_DEARER = 0.1, 2.0
+#: Share of the predicted cost by which the cost on MuJoCo may exceed it without a word, and how many times it makes it broken.
+DEARER, MUCH_DEARER = 0.1, 10.0
+#: How many times the predicted cost is broken if it is surely exceeded, as by roll-outs on supple's own model.
+SURELY_DEARER = 2.0
 #: Share by which a cost may exceed its limit and still count as kept, as in `[design] feasibility`.
 AT_LIMIT = 1e-3
 #: Share of a limit by which a plan may exceed it without a word.
@@ -268,7 +269,7 @@ def _findings(
     if loop.realised_bits is not None and loop.realised_bits > MORE_BITS * max(bits, 1.0):
         doubts.append(f"roll-outs {where} measure {loop.realised_bits:.4g} bits instead of the predicted {bits:.4g}")
     dearer = loop.cost_mean - cost
-    many_times = loop.cost_interval_95[0] > MUCH_DEARER * abs(cost)
+    many_times = dearer > MUCH_DEARER * abs(cost) or loop.cost_interval_95[0] > SURELY_DEARER * abs(cost)
     exceeds = _exceeds(limit, cost, loop)
     if np.isfinite(dearer) and (many_times or dearer > DEARER * abs(cost) and loop.cost_interval_95[0] > cost):
         broken = broken or many_times or exceeds
