@@ -104,7 +104,8 @@ fn what_is_likely_a_slip_is_a_warning() {
         ),
         (
             "limits in degrees",
-            PAIR.replace("continuous", "revolute").replace("</joint>", "<limit lower=\"-11\" upper=\"115\" effort=\"9\" velocity=\"9\"/></joint>"),
+            PAIR.replace("continuous", "revolute")
+                .replace("</joint>", "<limit lower=\"-11\" upper=\"115\" effort=\"9\" velocity=\"9\"/></joint>"),
             "limit of joint `j`: `lower` = -11 and `upper` = 115 are rad, but look like degrees (line 5)",
         ),
     ] {
