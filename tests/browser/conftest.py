@@ -26,8 +26,8 @@ STEPS = {
 #: How long is waited for a page, s: without a graphics card, a busy machine takes long to paint.
 PATIENCE = 300
 SECTIONS = [
-    "answer", "landscape", "motion", "contacts", "quantities", "trajectories", "information", "controller", "robustness", "pareto",
-    "bound", "sensitivities", "convergence", "origin",
+    "answer", "landscape", "motion", "contacts", "terms", "quantities", "trajectories", "information", "controller", "robustness",
+    "pareto", "bound", "sensitivities", "convergence", "origin",
 ]
 
 
