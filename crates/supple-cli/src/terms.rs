@@ -1,6 +1,6 @@
 //! Terms of the cost along plans, as text.
 
-use supple::{CostTerm, TargetReport, TaskEvaluation};
+use supple::{TargetReport, TaskEvaluation};
 use supple_text::short;
 
 use crate::tables::{Rows, align_right, first_lines, number, table, title, with_unit};
@@ -20,21 +20,21 @@ pub fn table_of(task: &TaskEvaluation) -> Option<Rows> {
         if shown.is_empty() {
             rows.add_row(&cells);
         }
+        let is_one_of_many = shown.len() < term.targets.len();
         for target in shown {
+            let named = title(&target.name, &target.unit);
+            let named = match is_one_of_many {
+                true => format!("{named} (the farthest of {})", term.targets.len()),
+                false => named,
+            };
             let [at_target, start, mean, end] = [target.target, target.start, target.mean, target.end].map(number);
-            rows.add_row(cells.iter().cloned().chain([name(term, target), at_target, start, mean, end]));
+            rows.add_row(cells.iter().cloned().chain([named, at_target, start, mean, end]));
             cells = Default::default();
         }
     }
     align_right(&mut rows, 1..3);
     align_right(&mut rows, 4..8);
     Some(rows)
-}
-
-fn name(term: &CostTerm, target: &TargetReport) -> String {
-    let named = title(&target.name, &target.unit);
-    let count = term.targets.len();
-    if term.shown().len() == count { named } else { format!("{named} (the farthest of {count})") }
 }
 
 /// A line for each target that the plan of a task misses by far.

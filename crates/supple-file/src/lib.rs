@@ -235,14 +235,15 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
     // Tasks that set parameters have models of their own, in which these are numbers.
     let mut variants = Vec::new();
     for set in tasks::sets(&document, &parameters)? {
-        variants.push(match set.iter().any(Option::is_some) {
-            true => {
+        variants.push(match set.is_empty() {
+            true => None,
+            false => {
+                let numbers = parameters.iter().map(|parameter| set.get(&parameter.name)).collect();
                 let document = parse_document(source, name)?.reading(document.files().clone());
-                let document = document.naming(Rc::new(names.setting(set.clone())));
-                let (model, _) = read_model(&document).map_err(|error| tasks::of_set(error, &parameters, &set))?;
+                let document = document.naming(Rc::new(names.setting(numbers)));
+                let (model, _) = read_model(&document).map_err(|error| tasks::of_set(error, &set))?;
                 Some(tasks::Variant { document, model, set })
             }
-            false => None,
         });
     }
     let (tasks, of_tasks) = tasks::read((&document, &*model), &variants, &parameters, &kinds)?;

@@ -14,7 +14,7 @@ use supple_model::document::{Content, Document, Place, Spanned};
 use supple_model::followed::Followed;
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::noise::NoiseModel;
-use supple_model::parameters::{Named, Parameters, Role};
+use supple_model::parameters::{Named, Parameter, Parameters, Role};
 use supple_model::quantity::Context;
 use supple_text::{FileError, digits, nearest, quoted, significant};
 
@@ -201,40 +201,38 @@ pub(super) fn check_enforced(document: &Document, plan: PlanMode) -> Result<(), 
 pub(super) struct Variant<'a> {
     pub document: Document<'a>,
     pub model: Box<dyn AnyModel>,
-    /// The numbers of all parameters that are set.
-    pub set: Vec<Option<f64>>,
+    /// The parameters that are set.
+    pub set: Named,
 }
 
 /// An error that only a task with these parameters has.
-pub(super) fn of_set(error: FileError, parameters: &Parameters, set: &[Option<f64>]) -> FileError {
-    let numbers = parameters.iter().zip(set).filter_map(|(of, number)| Some((&of.name, (*number)?)));
-    let set: Vec<String> = numbers.map(|(name, number)| format!("{name} = {}", digits(number))).collect();
+pub(super) fn of_set(error: FileError, set: &Named) -> FileError {
+    let set: Vec<String> = set.0.iter().map(|(name, number)| format!("{name} = {}", digits(*number))).collect();
     FileError { message: format!("{} (in a task with {})", error.message, set.join(", ")), ..error }
 }
 
-/// The parameters that each task sets, `[tasks.set]`: one entry per parameter.
-pub(super) fn sets(document: &Document, parameters: &Parameters) -> Result<Vec<Vec<Option<f64>>>, FileError> {
+/// The parameters that each task sets, `[tasks.set]`, in the order of declaration.
+pub(super) fn sets(document: &Document, parameters: &Parameters) -> Result<Vec<Named>, FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
         Some(Content::List(list)) if !list.is_empty() => list.len(),
         _ => return Err(document.error(&at, "must be a list of one or more tables: [[tasks]]")),
     };
     let of_task = |index: usize| {
-        let mut numbers = vec![None; parameters.len()];
         let at = ["tasks".into(), index.into(), "set".into()];
         if document.get(&at).is_none() {
-            return Ok(numbers);
+            return Ok(Named::default());
         }
-        for (name, number) in document.read::<BTreeMap<String, f64>>(&at)? {
-            let here = [at[0], at[1], at[2], Place::Key(&name)];
+        let given: BTreeMap<String, f64> = document.read(&at)?;
+        for (name, &number) in &given {
+            let here = [at[0], at[1], at[2], Place::Key(name)];
             let study = || parameters.iter().filter(|parameter| parameter.role == Role::Study);
             let valid: Vec<&str> = study().map(|parameter| parameter.name.as_str()).collect();
-            let Some(place) = parameters.iter().position(|parameter| parameter.name == name) else {
+            let Some(parameter) = parameters.iter().find(|parameter| parameter.name == *name) else {
                 let message =
                     format!("no parameter is named `{name}`; those with role = \"study\": {}", quoted(&valid));
-                return Err(FileError { help: nearest(&name, &valid), ..document.error_at_key(&here, message) });
+                return Err(FileError { help: nearest(name, &valid), ..document.error_at_key(&here, message) });
             };
-            let parameter = parameters.get(place);
             if parameter.role != Role::Study {
                 let message =
                     format!("`{name}` is shared by all tasks: a task may only set parameters with role = \"study\"");
@@ -248,9 +246,9 @@ pub(super) fn sets(document: &Document, parameters: &Parameters) -> Result<Vec<V
                 return Err(document
                     .error(&here, format!("must be within the bounds [{lower}, {upper}] of `{name}`; found {found}")));
             }
-            numbers[place] = Some(number);
         }
-        Ok(numbers)
+        let set = |parameter: &Parameter| Some((parameter.name.clone(), *given.get(&parameter.name)?));
+        Ok(Named(parameters.iter().filter_map(set).collect()))
     };
     (0..count).map(of_task).collect()
 }
@@ -271,9 +269,7 @@ pub(super) fn read(
         let (document, model) = own.unwrap_or((document, model));
         let read = Reader { document, index, parameters, kinds }.read(model);
         let (task, doubtful) = read.map_err(|error| misplaced(error, index, &model.vocabulary().states))?;
-        let numbers = variant.iter().flat_map(|variant| parameters.iter().zip(&variant.set));
-        let set = numbers.filter_map(|(parameter, number)| Some((parameter.name.clone(), (*number)?))).collect();
-        let task = Task { set: Named(set), ..task };
+        let task = Task { set: variant.as_ref().map(|variant| variant.set.clone()).unwrap_or_default(), ..task };
         if tasks.iter().any(|other| other.name == task.name) {
             let at = ["tasks".into(), index.into(), "name".into()];
             return Err(document.error(&at, format!("`{}` names two tasks", task.name)));

@@ -101,8 +101,7 @@ impl Build<'_> {
                  it an effort limit in the robot's file"
             );
             let warning = self.error(&["actuated".into()], message).to_string();
-            self.robot.warnings.push(warning.clone());
-            self.robot.every_warning.push(warning);
+            self.doubt(warning);
         }
     }
 

@@ -194,6 +194,11 @@ impl Build<'_> {
             true => self.error(&["gravity".into()], message).to_string(),
             false => format!("{}: gravity {message}", self.path.display()),
         };
+        self.doubt(warning);
+    }
+
+    /// Adds a warning to those of the robot.
+    fn doubt(&mut self, warning: String) {
         self.robot.warnings.push(warning.clone());
         self.robot.every_warning.push(warning);
     }
